@@ -89,6 +89,42 @@ near "$(value 3)" "$(entry 6 m1)" 1e-7 "the moment where the tendon ends"
 near "$(value 4)" "$(entry 5 n3)" 1e-6 "the force in the middle"
 near "$(value 5)" "$(entry 6 n3)" 1e-6 "the force where the tendon ends"
 
+# The arc of a moment M has its tip at x = (1 - cos M)/M. A robot of radius 0.02 that is to stay 0.01
+# from a wall at 0.3 bends so far that x = 0.27.
+cat > room.obj <<'O'
+v -1 -1 -1
+v 0.3 -1 -1
+v 0.3 1 -1
+v -1 1 -1
+v -1 -1 2
+v 0.3 -1 2
+v 0.3 1 2
+v -1 1 2
+f 1 4 3
+f 1 3 2
+f 5 6 7
+f 5 7 8
+f 1 2 6
+f 1 6 5
+f 2 3 7
+f 2 7 6
+f 3 4 8
+f 3 8 7
+f 4 1 5
+f 4 5 8
+O
+room='optimize={maximize: moment, constraints: ["min(clearance) >= 0.01", "force = 0"],
+    radius: 0.02, environment: {file: room.obj}}'
+status=0
+"$programs/cpinn-optimize" cantilever.yaml --json room.json --quiet --set "$room" \
+    --set 'parameters.moment.range=[-0.1, 2]' 2> said.txt || status=$?
+if ! grep -q 'need Embree' said.txt; then
+    [ $status = 0 ] || fail "room: $(cat said.txt)"
+    near "$(number objective room.json)" "$(awk 'BEGIN { low = 0.1; high = 1; while (high - low > 1e-12) {
+        m = (low + high)/2; if ((1 - cos(m))/m < 0.27) low = m; else high = m } printf("%.9f", low) }')" 1e-5 \
+        "the moment by the clearance"
+fi
+
 # The same bits for any number of threads.
 "$programs/cpinn-optimize" cantilever.yaml --quiet --threads 2 --out again.csv
 cmp found.csv again.csv || fail "results depend on threads"
@@ -118,6 +154,8 @@ refused() { # KEY=VALUE TEXT
 refused optimize.maximize=tip.w "unknown name 'tip.w'"
 refused optimize=null "says neither what to minimize nor what to maximize"
 refused 'optimize.constraints=["stability >= 0"]' "the stability margin, which has no derivative"
+refused 'optimize.constraints=["tip.clearance >= 0"]' "no surface is given"
+refused 'optimize.environment.file=room.obj' "optimize.radius"
 refused optimize.over=best "allowed: one of mean, worst"
 refused optimize.file=none.csv "none.csv"
 refused 'optimize.places=[{name: middle, at: 2}]' "allowed: 0 to 1 m"

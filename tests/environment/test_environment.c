@@ -145,6 +145,16 @@ static void try_points(const mesh *m, const environment *of, uint64_t seed, int 
         assert_near(fabs(found), expected, 1e-12 * fmax(1, size));
         assert_true(environment_distance(of, p, expected) == found);
         assert_true(environment_distance(of, p, expected / 2) == found);
+        double slope[3], foot[3], beyond[3]; /* back along its derivative the surface is met */
+        assert_true(environment_slope(of, p, slope) == found);
+        const double rounding = expected < 1e-12 * size ? 0 : 1e-14 / expected; /* of p */
+        assert_near(dot(slope, slope), 1, 1e-12 + rounding);
+        combine(p, -found, slope, 0, p, foot);
+        assert_true(to_all(m, foot) < 1e-12 * fmax(1, size));
+        combine(p, 1e-6 * size, slope, 0, p, beyond);
+        if (expected < 1e-12 * size) {
+            assert_true(environment_distance(of, beyond, INFINITY) > 0);
+        }
         if (expected > 1e-9 * size) { /* the sign, where rounding does not decide */
             const double winding = environment_winding(of, p);
             assert_near(winding, found < 0 ? 1 : 0, 1e-6);

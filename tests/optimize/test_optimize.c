@@ -3,9 +3,11 @@
  * what is found is told from what is solved. */
 #include "near.h"
 #include "physics/chain/solve_members.h"
+#include "temporary_folder.h"
 #include "tools/optimize/optimize_parts.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -83,12 +85,15 @@ static size_t value_of(response *r, const double *p, double *values, double *by)
     return response_rows(r);
 }
 
+static const environment *around; /* of clearances, for a robot of radius 0.25 */
+
 static response *make_of(const scene *family, const char *text, ad_error *error)
 {
     static const char *const parameter[] = {"a", "b", "c"}, *const column[] = {"goal"};
     static const char *const place[] = {"tip", "middle"};
     static const double at[] = {2, 0.5};
-    const response_scope scope = {family, COUNT, 1, 2, parameter, column, place, at, places};
+    const response_scope scope = {family, COUNT, 1,      2,      parameter, column,
+                                  place,  at,    places, around, 0.25};
     response *r = NULL;
     response_create(text, &scope, POINTS, &r, error);
     return r;
@@ -226,6 +231,49 @@ static void what_strains_say_is_known(void **state)
     quantities_free(names);
 }
 
+/* In a cube of half edges 3 the nearest wall is that of the largest coordinate: of the tip y = 2 b,
+ * and along the rod likewise. */
+static void clearances_are_those_of_a_cube(void **state)
+{
+    static const char cube[] = "v -3 -3 -3\nv 3 -3 -3\nv 3 3 -3\nv -3 3 -3\nv -3 -3 3\nv 3 -3 3\n"
+                               "v 3 3 3\nv -3 3 3\nf 1 4 3\nf 1 3 2\nf 5 6 7\nf 5 7 8\nf 1 2 6\n"
+                               "f 1 6 5\nf 2 3 7\nf 2 7 6\nf 3 4 8\nf 3 8 7\nf 4 1 5\nf 4 5 8\n";
+    (void)state;
+    const double p[COUNT] = {0.7, 1.3, -0.4};
+    environment_settings settings = ENVIRONMENT_DEFAULT;
+    environment *made = NULL;
+    ad_error error = {.message = ""};
+    double values[POINTS], by[POINTS * COUNT];
+    assert_null(make("tip.clearance", &error));
+    assert_non_null(strstr(error.message, "no surface is given"));
+    if (!environment_is_built()) {
+        return;
+    }
+    FILE *file = fopen(at("cube.obj"), "w");
+    assert_non_null(file);
+    fputs(cube, file);
+    fclose(file);
+    settings.file = at("cube.obj");
+    assert_int_equal(environment_open(&settings, 2, &made, &error), AD_OK);
+    around = made;
+    const struct {
+        const char *text;
+        double value, by_b;
+    } cases[] = {{"tip.clearance", 3 - 2 * 1.3 - 0.25, -2},
+                 {"min(clearance)", 3 - 2 * 1.3 - 0.25, -2},
+                 {"middle.clearance*tip.x + tip.z", (2.75 - 0.65) * 1.4 + 1.82, -0.7 + 1.4}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        response *r = make(cases[i].text, &error);
+        const size_t last = value_of(r, p, values, by) - 1;
+        assert_near(values[last], cases[i].value, 1e-14);
+        assert_near(by[last * COUNT + 1], cases[i].by_b, 1e-13);
+        assert_derivatives(r, p, 1e-9);
+        response_free(r);
+    }
+    around = NULL;
+    environment_free(made);
+}
+
 /* A straight rod has strains and curvatures of 0, of which sizes have slopes of 0. */
 static void sizes_of_nothing_have_slopes(void **state)
 {
@@ -297,7 +345,7 @@ static optimize_report run(const optimize_settings *settings, double beyond, opt
     ad_error error = {.message = ""};
     char key[64] = "";
     family = family_of();
-    assert_int_equal(optimize_create(settings, &family, result, key, &error), AD_OK);
+    assert_int_equal(optimize_create(settings, &family, NULL, result, key, &error), AD_OK);
     made.s = optimize_places(*result, &made.points);
     made.beyond = beyond;
     const optimize_solver solver = {solve, &made};
@@ -449,7 +497,7 @@ static void settings_are_refused(void **state)
         optimization *o = NULL;
         char key[64] = "";
         ad_error error = {.message = ""};
-        assert_int_equal(optimize_create(&settings, &family, &o, key, &error), AD_BAD_INPUT);
+        assert_int_equal(optimize_create(&settings, &family, NULL, &o, key, &error), AD_BAD_INPUT);
         assert_null(o);
         assert_string_equal(key, cases[i].key);
         assert_non_null(strstr(error.message, cases[i].says));
@@ -467,7 +515,7 @@ static void second_derivatives_are_those_of_the_formula(void **state)
     optimization *o;
     char key[64];
     ad_error error;
-    assert_int_equal(optimize_create(&settings, &family, &o, key, &error), AD_OK);
+    assert_int_equal(optimize_create(&settings, &family, NULL, &o, key, &error), AD_OK);
     made_up made = {.beyond = INFINITY};
     made.s = optimize_places(o, &made.points);
     const optimize_solver solver = {solve, &made};
@@ -490,6 +538,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(formulas_have_values_and_derivatives),
         cmocka_unit_test(what_strains_say_is_known),
+        cmocka_unit_test(clearances_are_those_of_a_cube),
         cmocka_unit_test(sizes_of_nothing_have_slopes),
         cmocka_unit_test(reactions_are_refused),
         cmocka_unit_test(formulas_are_refused),
@@ -501,5 +550,5 @@ int main(void)
         cmocka_unit_test(settings_are_refused),
         cmocka_unit_test(second_derivatives_are_those_of_the_formula),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return cmocka_run_group_tests(tests, make_directory, remove_directory);
 }

@@ -89,7 +89,9 @@ CONFIG_NAMES(optimize_over_names, OPTIMIZE_OVER_LIST(CONFIG_NAME))
         {path "unit", CONFIG_CHOICE, AT(to unit), .names = environment_unit_names},                \
         {path "side", CONFIG_CHOICE, AT(to side), .names = environment_side_names},                \
         {path "position", CONFIG_NUMBER, ENTRIES(3, 3), AT(to position), ANY, .unit = "m"},        \
-        {path "rotation", CONFIG_NUMBER, ENTRIES(4, 4), AT(to rotation), ANY}
+    {                                                                                              \
+        path "rotation", CONFIG_NUMBER, ENTRIES(4, 4), AT(to rotation), ANY                        \
+    }
 
 /* What a segment has of the rod. */
 #define SEGMENT_QUANTITY(path, size, member, part, rule, bounds, geometry, axes, of_unit,          \
@@ -406,6 +408,8 @@ const config_key config_keys[] = {
     {"optimize.over", CONFIG_CHOICE, AT(optimize.over), .names = optimize_over_names},
     {"optimize.box", CONFIG_TEXT, ENTRIES(0, SCENE_PARAMETERS_MAX), AT(optimize.box),
      .count_offset = offsetof(config, optimize.box_count)},
+    ENVIRONMENT("optimize.environment.", optimize.environment.),
+    {"optimize.radius", CONFIG_NUMBER, AT(optimize.radius), NOT_NEGATIVE, .unit = "m"},
     {"optimize.points", CONFIG_INTEGER, AT(optimize.points), BETWEEN(2, OPTIMIZE_POINTS_MAX)},
     {"optimize.starts", CONFIG_INTEGER, AT(optimize.starts), BETWEEN(1, OPTIMIZE_STARTS_MAX)},
     {"optimize.tolerance", CONFIG_NUMBER, AT(optimize.tolerance), BETWEEN(1e-12, 1e-3)},

@@ -273,6 +273,7 @@ static ad_status resolve_files(config *experiment, ad_error *error)
                  {"control.residual", &experiment->control.residual},
                  {"control.task.file", &experiment->control.task.file},
                  {"plan.environment.file", &experiment->plan.environment.file},
+                 {"optimize.environment.file", &experiment->optimize.environment.file},
                  {"optimize.file", &experiment->optimize.file}};
     for (size_t i = 0; status == AD_OK && i < sizeof files / sizeof *files; i++) {
         status = config_absolute(experiment, files[i].path, files[i].file, error);

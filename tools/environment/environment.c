@@ -186,17 +186,15 @@ static void find_nearest(search *s, const double middle[3])
 
 /* ---- distances ------------------------------------------------------------------------------- */
 
-/* Whether a point is outside, by the normal at the nearest place. */
-static bool is_outside(const search *s)
+/* The normal at the nearest place, outwards, of any length. */
+static void find_normal(const search *s, double normal[3])
 {
     const surface *const of = s->e->of;
-    double from[3], normal[3], other[3];
-    for (int i = 0; i < 3; i++) {
-        from[i] = s->a[i] - s->nearest[i];
-    }
+    double other[3];
     if (s->part < TRIANGLE_EDGE) {
         const size_t corner = of->triangle[3 * s->triangle + (size_t)s->part];
-        return vector_dot(from, &s->e->normal[3 * corner]) >= 0;
+        memcpy(normal, &s->e->normal[3 * corner], 3 * sizeof *normal);
+        return;
     }
     unit_normal(of, s->triangle, normal);
     if (s->part < TRIANGLE_WITHIN) {
@@ -204,25 +202,64 @@ static bool is_outside(const search *s)
         for (int i = 0; i < 3; i++) {
             normal[i] += other[i];
         }
-    } else { /* rounding of the foot does not count */
-        const double *corners[3];
-        corners_of(of, s->triangle, corners);
-        for (int i = 0; i < 3; i++) {
-            from[i] = s->a[i] - corners[0][i];
-        }
     }
-    return vector_dot(from, normal) >= 0;
+}
+
+/* Whether a point is outside, by that normal. */
+static bool is_outside(const search *s, const double normal[3])
+{
+    const double *corners[3], *from = s->nearest;
+    double to[3];
+    if (s->part == TRIANGLE_WITHIN) { /* rounding of the foot does not count */
+        corners_of(s->e->of, s->triangle, corners);
+        from = corners[0];
+    }
+    for (int i = 0; i < 3; i++) {
+        to[i] = s->a[i] - from[i];
+    }
+    return vector_dot(to, normal) >= 0;
+}
+
+static double signed_distance(const search *s)
+{
+    double normal[3];
+    if (s->e->sign == 0) {
+        return s->best;
+    }
+    find_normal(s, normal);
+    return is_outside(s, normal) ? s->e->sign * s->best : -s->e->sign * s->best;
 }
 
 double environment_distance(const environment *of, const double p[3], double within)
 {
     search s = {.e = of, .a = p, .best = within * (1 + 1e-12)};
     find_nearest(&s, p);
+    return s.triangle == SURFACE_NONE ? NAN : signed_distance(&s);
+}
+
+/* Of the size: nearer than so the way from the nearest place is rounding. */
+static const double TOUCHES = 1e-12;
+
+double environment_slope(const environment *of, const double p[3], double slope[3])
+{
+    search s = {.e = of, .a = p, .best = INFINITY};
+    find_nearest(&s, p);
     if (s.triangle == SURFACE_NONE) {
+        slope[0] = slope[1] = slope[2] = NAN;
         return NAN;
     }
-    const double sign = of->sign != 0 && !is_outside(&s) ? -of->sign : of->sign;
-    return of->sign != 0 ? sign * s.best : s.best;
+    const double distance = signed_distance(&s);
+    double normal[3] = {0}, over = 0;
+    const bool touches = s.best < TOUCHES * of->size;
+    const bool by_normal = touches || (s.part == TRIANGLE_WITHIN && of->sign != 0);
+    if (by_normal && of->sign != 0) {
+        find_normal(&s, normal);
+        over = of->sign / norm(normal);
+    }
+    for (int i = 0; i < 3; i++) {
+        slope[i] = by_normal ? over * normal[i] : (p[i] - s.nearest[i]) / distance;
+    }
+    return distance;
 }
 
 /* Of a line; its middle. */

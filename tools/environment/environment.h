@@ -31,6 +31,11 @@ const surface *environment_surface(const environment *of);
  * no place. Any thread. */
 double environment_distance(const environment *of, const double p[3], double within);
 
+/* And its derivative by p, of length 1: away from the nearest place, or on the surface along the
+ * normal there, which a surface without sides has none of: 0. Of several places that are nearest
+ * it is that by one of them. */
+double environment_slope(const environment *of, const double p[3], double slope[3]);
+
 /* Of the line from a to b, 0 where it meets the surface; negative as of a. */
 double environment_segment(const environment *of, const double a[3], const double b[3],
                            double within);

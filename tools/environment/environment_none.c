@@ -36,6 +36,13 @@ double environment_distance(const environment *of, const double p[3], double wit
     return NAN;
 }
 
+double environment_slope(const environment *of, const double p[3], double slope[3])
+{
+    (void)of, (void)p;
+    slope[0] = slope[1] = slope[2] = NAN;
+    return NAN;
+}
+
 double environment_segment(const environment *of, const double a[3], const double b[3],
                            double within)
 {

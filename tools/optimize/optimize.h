@@ -14,6 +14,7 @@
 #define TOOLS_OPTIMIZE_OPTIMIZE_H
 
 #include "physics/scene/verdict.h"
+#include "tools/environment/environment.h"
 #include "tools/optimize/optimize_settings.h"
 
 /* Who solves members at the places of an optimisation: values [members][points][13] and, where it
@@ -26,10 +27,12 @@ typedef struct optimize_solver {
 
 typedef struct optimization optimization;
 
-/* A scene with ranges of parameters. The settings are those of its section and, like the scene, are
- * borrowed. AD_BAD_INPUT with the key to blame, AD_IO, AD_NO_MEMORY. */
+/* A scene with ranges of parameters. The settings are those of its section and, like the scene and
+ * the surface around it, NULL if there is none, are borrowed. AD_BAD_INPUT with the key to blame,
+ * AD_IO, AD_NO_MEMORY. */
 ad_status optimize_create(const optimize_settings *settings, const scene *family,
-                          optimization **result, char key[64], ad_error *error);
+                          const environment *around, optimization **result, char key[64],
+                          ad_error *error);
 void optimize_free(optimization *o); /* NULL is allowed */
 
 /* s [points], m, ascending. */

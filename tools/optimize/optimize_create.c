@@ -147,7 +147,9 @@ static ad_status make(optimization *o, const char *text, response **result, ad_e
                                   .places = 1 + o->settings->place_count,
                                   .place = place,
                                   .at = at,
-                                  .s = o->s};
+                                  .s = o->s,
+                                  .around = o->around,
+                                  .radius = o->settings->radius};
     return response_create(text, &scope, o->points, result, error);
 }
 
@@ -249,7 +251,8 @@ static ad_status make_objective(optimization *o, char *key, ad_error *error)
 }
 
 ad_status optimize_create(const optimize_settings *settings, const scene *family,
-                          optimization **result, char key[64], ad_error *error)
+                          const environment *around, optimization **result, char key[64],
+                          ad_error *error)
 {
     optimization *o = calloc(1, sizeof *o);
     *result = NULL;
@@ -259,6 +262,7 @@ ad_status optimize_create(const optimize_settings *settings, const scene *family
     }
     o->settings = settings;
     o->family = family;
+    o->around = around;
     o->parameters = family->parameter_count;
     ad_status status = optimize_read_cases(settings, family, &o->cases, key, error);
     status = status == AD_OK ? give_roles(o, key, error) : status;

@@ -46,6 +46,7 @@ enum { OPTIMIZE_SCENARIOS_MAX = 1024 };
 struct optimization {
     const optimize_settings *settings;
     const scene *family;
+    const environment *around;
     int parameters, shared, each; /* numbers of them */
     optimize_role role[OPTIMIZE_NAMES_MAX];
     int index[OPTIMIZE_NAMES_MAX]; /* among those of its role; of a case the column */

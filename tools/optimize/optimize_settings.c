@@ -4,7 +4,12 @@
 
 optimize_settings optimize_settings_default(void)
 {
-    optimize_settings x = {.points = 33, .starts = 8, .tolerance = 1e-8, .seed = 1};
+    optimize_settings x = {.environment = ENVIRONMENT_DEFAULT,
+                           .radius = NAN,
+                           .points = 33,
+                           .starts = 8,
+                           .tolerance = 1e-8,
+                           .seed = 1};
     for (int i = 0; i < OPTIMIZE_PLACES_MAX; i++) {
         x.places[i].at = NAN;
     }

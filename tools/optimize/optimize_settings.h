@@ -4,6 +4,7 @@
 #define TOOLS_OPTIMIZE_OPTIMIZE_SETTINGS_H
 
 #include "physics/scene/scene.h"
+#include "tools/environment/environment_settings.h"
 
 #include <stdint.h>
 
@@ -36,6 +37,8 @@ typedef struct optimize_settings {
     const char *cases[OPTIMIZE_CASES_MAX]; /* "tip_x=0.1, goal=0.02" */
     const char *file;                      /* a table of cases, absolute once read */
     optimize_over over;
+    environment_settings environment; /* of which formulas have the clearance */
+    double radius;                    /* of the robot there, m */
     int points, starts;
     double tolerance; /* of the solver, of the position over the length */
     int64_t seed;

@@ -11,14 +11,19 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* A shape's columns, and behind them its clearance. */
 enum { SHAPES_MAX = 4, NAME_MAX_BYTES = 41, ALONG = -1, COLUMNS = SOLVE_MEMBERS_COLUMNS };
+enum { CLEARANCE = COLUMNS, WIDTH = COLUMNS + 1 };
 
 struct response {
     response_kind kind;
     size_t points, parameters, columns;
-    int shapes;            /* that the formula has: */
-    int place[SHAPES_MAX]; /* the index of a place, or ALONG */
-    bool *needs;           /* [parameters] */
+    int shapes;                /* that the formula has: */
+    int place[SHAPES_MAX];     /* the index of a place, or ALONG */
+    bool clears[SHAPES_MAX];   /* the formula has its clearance, */
+    const environment *around; /* from this, less the radius */
+    double radius;
+    bool *needs; /* [parameters] */
     ad_pool *pool;
     response *energy;    /* of the rod, that the formula has; NULL: it has none */
     double *s, *weights; /* [points] over the length, and of the mean along the rod */
@@ -106,13 +111,17 @@ static bool find_output(const scene *family, const char *name, output *found)
             return true;
         }
     }
+    if (strcmp(name, "clearance") == 0) {
+        *found = (output){OUTPUT_COLUMN, CLEARANCE};
+        return true;
+    }
     const bool bends = strcmp(name, "curvature") == 0, shears = strcmp(name, "shear") == 0;
     const bool is_axis = name[0] == 't' && name[1] >= 'x' && name[1] <= 'z' && !name[2];
     *found = is_axis ? (output){OUTPUT_AXIS, name[1] - 'x'} : (output){OUTPUT_SIZE, bends ? U : V};
     return is_axis || bends || shears;
 }
 
-/* Of a shape [COLUMNS] along the rod, or at a place. */
+/* Of a shape [WIDTH] along the rod, or at a place. */
 static ad_value record_output(const recording *r, output of, int place, ad_value shape)
 {
     switch (of.kind) {
@@ -171,7 +180,7 @@ static ad_value shape_of(recording *r, int place)
         return r->one;
     }
     r->of->place[r->of->shapes] = place;
-    return r->shape[r->of->shapes++] = ad_input(r->tape, "shape", COLUMNS);
+    return r->shape[r->of->shapes++] = ad_input(r->tape, "shape", WIDTH);
 }
 
 /* What a name stands for; false: nothing that is known here. */
@@ -204,6 +213,14 @@ static bool meaning_of(recording *r, const char *name, ad_value *value)
         return false;
     }
     *value = record_output(r, found, place, shape_of(r, place));
+    for (int i = 0; i < r->of->shapes && found.kind == OUTPUT_COLUMN; i++) {
+        r->of->clears[i] |= found.which == CLEARANCE && r->of->place[i] == place;
+    }
+    if (found.kind == OUTPUT_COLUMN && found.which == CLEARANCE && !scope->around) {
+        ad_tape_fail(r->tape, AD_BAD_INPUT,
+                     "has a clearance, but no surface is given; allowed: optimize.environment.file "
+                     "with an STL or OBJ");
+    }
     return true;
 }
 
@@ -332,13 +349,13 @@ static size_t points_of(const response *r)
     return r->kind == RESPONSE_AT_PLACES ? 1 : r->points;
 }
 
-/* Numbers that the program reads or writes: one and the energy, columns of shapes and the adjoints
- * of these, the value and the adjoints of the parameters and of the energy; beside them the energy
- * with its derivatives, and of a mean what it is of. */
+/* Numbers that the program reads or writes: one and the energy, columns of shapes, the adjoints of
+ * these and derivatives of clearances, the value and the adjoints of the parameters and of the
+ * energy; beside them the energy with its derivatives, and of a mean what it is of. */
 static size_t numbers_of(const response *r)
 {
     const size_t mean = r->kind == RESPONSE_MEAN ? 1 + r->parameters : 0;
-    return points_of(r) * (4 + 2 * (size_t)r->shapes * COLUMNS + r->parameters + mean) +
+    return points_of(r) * (4 + (2 * WIDTH + 3) * (size_t)r->shapes + r->parameters + mean) +
            2 * r->parameters + r->columns + 2;
 }
 
@@ -432,6 +449,8 @@ ad_status response_create(const char *text, const response_scope *scope, size_t 
         made->points = points;
         made->parameters = (size_t)scope->parameters;
         made->columns = (size_t)scope->columns;
+        made->around = scope->around;
+        made->radius = scope->radius;
         made->needs = calloc(made->parameters + 1, sizeof *made->needs);
         made->pool = ad_pool_create(1);
     }
@@ -535,13 +554,14 @@ ad_status response_evaluate(const response *r, const response_shape *shape, doub
     const int energies = 2 + r->shapes; /* where the adjoint of the energy is among the outputs */
     double *one = r->memory, *energy = one + n, *by_energy = energy + n, *value = by_energy + n,
            *adjoint = value + n;
-    double *columns[SHAPES_MAX], *by_columns[SHAPES_MAX];
+    double *columns[SHAPES_MAX], *by_columns[SHAPES_MAX], *by_places[SHAPES_MAX];
     double *given = adjoint + n * width, *more = given + r->columns + 1;
     const double *inputs[SHAPES_MAX + 3] = {r->s, one, energy};
     double *outputs[SHAPES_MAX + 3] = {value};
-    for (int i = 0; i < r->shapes; i++, more += 2 * n * COLUMNS) {
+    for (int i = 0; i < r->shapes; i++, more += (2 * WIDTH + 3) * n) {
         columns[i] = more;
-        by_columns[i] = more + n * COLUMNS;
+        by_columns[i] = more + n * WIDTH;
+        by_places[i] = by_columns[i] + n * WIDTH; /* the clearance [n][3] */
         inputs[3 + i] = columns[i];
         outputs[1 + i] = by_columns[i];
     }
@@ -565,6 +585,10 @@ ad_status response_evaluate(const response *r, const response_shape *shape, doub
             for (size_t c = 0; c < COLUMNS; c++) {
                 columns[i][c * n + j] = at[c];
             }
+            if (r->clears[i]) {
+                columns[i][CLEARANCE * n + j] =
+                    environment_slope(r->around, at, by_places[i] + 3 * j) - r->radius;
+            }
         }
     }
     memcpy(given, shape->columns, r->columns * sizeof *given);
@@ -581,6 +605,10 @@ ad_status response_evaluate(const response *r, const response_shape *shape, doub
                     shape->jacobian + point_of(r, shape, i, j) * COLUMNS * width;
                 for (size_t c = 0; c < COLUMNS; c++) {
                     sum += entry(r, 1 + i, by_columns[i], c, j) * by_shape[c * width + p];
+                }
+                for (size_t c = 0; c < 3 && r->clears[i]; c++) {
+                    sum += entry(r, 1 + i, by_columns[i], CLEARANCE, j) * by_places[i][3 * j + c] *
+                           by_shape[c * width + p];
                 }
             }
             slopes[j * width + p] = sum;

@@ -12,6 +12,7 @@
  *   curvature      sqrt(u1^2 + u2^2), 1/m          shear         sqrt(v1^2 + v2^2)
  *   n1 .. m3       force and moment, body, N, N m; energy_density J/m and strain likewise as in
  *                  physics/rod/rod_section.h
+ *   clearance      of the centre line from a surface, m, less a radius
  *
  * and of all of the rod its elastic energy, J: its density integrated. What the shape is where
  * something jumps is that before. */
@@ -19,6 +20,7 @@
 #define TOOLS_OPTIMIZE_RESPONSE_H
 
 #include "physics/learn/model.h"
+#include "tools/environment/environment.h"
 
 /* How the values along the rod become one. */
 typedef enum response_kind {
@@ -36,6 +38,8 @@ typedef struct response_scope {
     const char *const *place;        /* "tip" */
     const double *at;                /* [places] m, where they are */
     const double *s;                 /* [points] of shapes, ascending, m */
+    const environment *around;       /* of clearances; NULL: there are none */
+    double radius;
 } response_scope;
 
 /* A shape with its derivatives; borrowed. */

@@ -42,6 +42,7 @@ typedef struct optimizing {
     options asked;
     config *settings;
     const scene *family;
+    environment *around;
     asked_members way, end; /* on the way; at the end, more exactly */
     optimize_report report, close;
     verdict verdict;
@@ -83,7 +84,8 @@ static ad_status ask(optimizing *x, asked_members *to, ad_error *error)
     const options *o = &x->asked;
     char key[64] = "";
     size_t points = 0;
-    const ad_status asked = optimize_create(&to->settings, x->family, &to->of, key, error);
+    const ad_status asked =
+        optimize_create(&to->settings, x->family, x->around, &to->of, key, error);
     if (asked != AD_OK) {
         return asked == AD_BAD_INPUT ? config_refuse(x->settings, key, error->message, error)
                                      : asked;
@@ -368,6 +370,24 @@ static ad_status look_closer(optimizing *x, ad_error *error)
     return status == AD_OK ? optimize_evaluate(x->end.of, &solver, &x->close, error) : status;
 }
 
+static ad_status open_environment(optimizing *x, ad_error *error)
+{
+    const optimize_settings *s = &x->settings->optimize;
+    if (!s->environment.file) {
+        return AD_OK;
+    }
+    if (isnan(s->radius)) {
+        return config_refuse(x->settings, "optimize.radius",
+                             "is not given; allowed: a number >= 0 (m)", error);
+    }
+    if (s->environment.side == ENVIRONMENT_ANY) {
+        return config_refuse(x->settings, "optimize.environment.side",
+                             "is any, of which no clearance is negative; allowed: inside, outside",
+                             error);
+    }
+    return environment_open(&s->environment, scene_length(x->family), &x->around, error);
+}
+
 static ad_status read_scene(optimizing *x, ad_error *error)
 {
     const options *o = &x->asked;
@@ -402,6 +422,7 @@ static ad_status run(optimizing *x, ad_error *error)
 {
     const options *o = &x->asked;
     ad_status status = read_scene(x, error);
+    status = status == AD_OK ? open_environment(x, error) : status;
     status = status == AD_OK ? ask(x, &x->way, error) : status;
     if (status != AD_OK) {
         return status;
@@ -451,6 +472,7 @@ int main(int argc, char **argv)
     status = conclude(&end, ran, &error);
     put_back(&x.way);
     put_back(&x.end);
+    environment_free(x.around);
     config_free(x.settings);
     return status;
 }
