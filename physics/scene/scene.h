@@ -421,6 +421,10 @@ double scene_parameter_at(const scene_parameter *parameter, double fraction);
 double scene_parameter_fraction(const scene_parameter *parameter, double value);
 bool scene_parameter_holds(const scene_parameter *parameter, double value); /* but for rounding */
 
+/* Whether a parameter is what a robot is moved by: what pulls, a held end or the insertion, a field
+ * of magnets or how a tube is turned depends on it. */
+bool scene_parameter_actuates(const scene *family, int index);
+
 /* The index of the parameter of that name; -1: none. */
 int scene_parameter_find(const scene *family, const char *name);
 

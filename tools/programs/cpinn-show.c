@@ -19,6 +19,7 @@ static void showing_free(showing *showing)
     table_free(showing->table);
     table_free(showing->ghost);
     samples_free(&showing->samples);
+    free(showing->tips);
     solution_free(showing->solved);
     reference_free(showing->known);
     field_free(showing->field);
@@ -214,6 +215,9 @@ static ad_status run(showing *showing, char *path, size_t size, ad_error *error)
     const bool is_folder = S_ISDIR(of.st_mode);
     snprintf(path, size, "%s", showing->out ? showing->out : "");
     ad_status status = showing->out ? file_bytes_check(showing->out, error) : AD_OK;
+    if (status == AD_OK && showing->workspace) {
+        status = table_check_path(showing->workspace, error);
+    }
     json_begin(&showing->to);
     json_text(&showing->to, "program", "cpinn");
     json_text(&showing->to, "version", cli_version());
@@ -224,6 +228,12 @@ static ad_status run(showing *showing, char *path, size_t size, ad_error *error)
     } else if (status == AD_OK && show_is_plot(showing->out) && !showing->is_drawn) {
         status = ad_fail(error, AD_BAD_INPUT, "%s: has no shapes for a picture; allowed: .html",
                          file_bytes_shown(showing->source));
+    }
+    if (status == AD_OK && showing->workspace && !showing->has_workspace) {
+        status =
+            ad_fail(error, AD_BAD_INPUT,
+                    "%s: --workspace is of families at rest with predicted errors, without --at",
+                    file_bytes_shown(showing->source));
     }
     json_text(&showing->to, "title", showing->title);
     if (status != AD_OK || show_is_plot(showing->out)) {
@@ -247,6 +257,7 @@ int main(int argc, char **argv)
         {"--slow", "X", CLI_NUMBER, &x.slow, 1e-3, 1e6},
         {"--scene", "CONFIG.yaml", CLI_TEXT, &x.scene_path, 0, 0},
         {"--reference", "TABLE", CLI_TEXT, &x.reference_path, 0, 0},
+        {"--workspace", "FILE", CLI_TEXT, &x.workspace, 0, 0},
         CLI_GRID(&x.grid),
         CLI_SET(&x.overrides),
         CLI_AT(&x.at),

@@ -7,6 +7,7 @@
  *   live        parameters, columns, steps, s, reasons, members with their tips, and a module
  *               that finds shapes and what is drawn, in place of a motion: show_live; or a text
  *               "advice" that says why there is none
+ *   workspace   {rows, columns, says, directions, moves}: tips of members and what is known of each
  *   paths       [motion of one point, ...] of a closed loop: wanted, then what was gone
  *   curves      [{title, x, x_unit, y, y_unit, log, series: [{name, dashed, x, y, half}]}]
  *   tables      [{title, columns: [...], rows: [[...], ...]}]
@@ -71,15 +72,16 @@ ad_status show_scene(json *to, const scene *of, const double *values, const show
                      show_drawn *drawn, ad_error *error);
 
 /* Files of tools/show as lines, ended by NULL. */
-extern const char *const show_text_page[], *const show_text_style[],
-                                               *const show_text_vectors[],
-                                                   *const show_text_scene[],
-                                                       *const show_text_draw[],
-                                                           *const show_text_charts[],
-                                                               *const show_text_live[],
-                                                                   *const show_text_picture[],
-                                                                       *const show_text_player[],
-                                                                           *const show_text_main[];
+extern const char *const show_text_page[],
+    *const show_text_style[], *const show_text_vectors[],
+                                  *const show_text_scene[],
+                                      *const show_text_draw[],
+                                          *const show_text_charts[],
+                                              *const show_text_live[],
+                                                  *const show_text_workspace[],
+                                                      *const show_text_picture[],
+                                                          *const show_text_player[],
+                                                              *const show_text_main[];
 
 /* Ends `to` and writes the page. AD_IO, AD_NO_MEMORY. */
 ad_status show_page(json *to, const char *title, const char *path, ad_error *error);

@@ -101,6 +101,9 @@ ad_status show_family(showing *showing, const double *member, ad_error *error)
     if (status == AD_OK && !member && !showing->reference_path && !show_is_plot(showing->out)) {
         status = show_live(showing, family, SWEEP_POINTS, p->s, &is_live, error);
     }
+    if (status == AD_OK && !member) {
+        status = show_workspace(showing, family, SWEEP_POINTS, p->s, error);
+    }
     if (is_live) {
         cpinn_family_free(family);
         return status;
@@ -134,8 +137,9 @@ void show_spread(const scene *of, int members, double *parameters)
     }
 }
 
-static ad_status solve(const scene *of, samples *p, ad_error *error)
+static ad_status solve(showing *showing, const scene *of, ad_error *error)
 {
+    samples *p = &showing->samples;
     cpinn_family *family = NULL;
     const cpinn_polish by_members = {.alone = true};
     const cpinn_family_settings settings = {.threads = 1, .points = p->count, .s = p->s};
@@ -147,6 +151,8 @@ static ad_status solve(const scene *of, samples *p, ad_error *error)
         const answer found = answer_of_family(family, &by_members);
         status = samples_ask(p, &found, error);
     }
+    status = status == AD_OK ? show_workspace(showing, family, p->count, p->s, error) : status;
+    p->of = of; /* that of the family goes with it */
     cpinn_family_free(family);
     return status;
 }
@@ -180,7 +186,7 @@ ad_status show_members(showing *showing, ad_error *error)
     ad_status status = make_members(p, of, SPREAD, SPREAD_POINTS, error);
     if (status == AD_OK) {
         show_spread(of, SPREAD, p->parameters);
-        status = solve(of, p, error);
+        status = solve(showing, of, error);
     }
     if (status == AD_OK) {
         drop_unsolved(p, (size_t)scene_known_count(of));

@@ -35,11 +35,12 @@ static void put_data(FILE *file, const char *text)
     fputs(text, file);
 }
 
-/* What computes shapes is only where there are some to compute. */
+/* What computes shapes, or draws tips, is only where there are some. */
 static void put_page(FILE *file, const char *title, const char *data)
 {
     static const char *const nothing[] = {NULL};
-    const bool is_live = strstr(data, "\"live\": {") != NULL;
+    const bool is_live = strstr(data, "\"live\": {") != NULL,
+               has_tips = strstr(data, "\"workspace\": {") != NULL;
     for (const char *const *line = show_text_page; *line; line++) {
         if (strstr(*line, "<!--title-->")) {
             fputs("<title>", file);
@@ -55,6 +56,7 @@ static void put_page(FILE *file, const char *title, const char *data)
                                                   show_text_draw,
                                                   show_text_charts,
                                                   is_live ? show_text_live : nothing,
+                                                  has_tips ? show_text_workspace : nothing,
                                                   show_text_picture,
                                                   show_text_player,
                                                   show_text_main};

@@ -25,6 +25,7 @@ typedef struct drawing {
     picture_ring *rings;
     double *arc;
     const char *const *labels;
+    const showing *from;
     bool flat;    /* of areas: as few of them as will do */
     bool follows; /* a wanted path: earlier instants are seen through */
 } drawing;
@@ -32,6 +33,7 @@ typedef struct drawing {
 static const char *const times[] = {"c3d7ee", "7fb0dd", "2f7fc1", "0b4f8a"};
 static const char *const kinds[] = {"3b4cc0", "2c8fbd", "27a684", "7fb93c",
                                     "e3b022", "e2711d", "b8232f"};
+static const char *const dexterities[] = {"440154", "3b528b", "21918c", "5ec962", "fde725"};
 static const char ink[] = "343a46", soft[] = "79838f", trail[] = "d6336c", wanted[] = "37b24d";
 
 /* ---- camera -------------------------------------------------------------------------------- */
@@ -80,6 +82,9 @@ static size_t places_of(const drawing *d, double *places, size_t most)
     for (size_t i = 0; i < 60 && d->other.at.frames > 0; i++) {
         show_place(&d->other, (double)(d->other.at.frames - 1) * (double)i / 59, d->other.count - 1,
                    places + 3 * count++);
+    }
+    for (size_t i = 0; i < d->from->tip_count && count < most; i += 10) {
+        memcpy(places + 3 * count++, d->from->tips + 4 * i, 3 * sizeof *places);
     }
     return count;
 }
@@ -257,10 +262,26 @@ static void draw_wanted(const drawing *d)
     picture_thread(d->p, places[0], count, 0.0042 * d->shapes.size, &paint);
 }
 
+/* The tips of a workspace by their dexterity. */
+static void draw_tips(const drawing *d)
+{
+    const showing *from = d->from;
+    for (size_t i = 0; i < from->tip_count; i++) {
+        double seen[3];
+        picture_project(d->p, from->tips + 4 * i, seen);
+        const double dot[2][2] = {{seen[0] - 1.5, seen[1]}, {seen[0] + 1.5, seen[1]}};
+        picture_line(d->p, dot[0], 2, 3, picture_between(dexterities, 5, from->tips[4 * i + 3]));
+    }
+    if (from->tip_count > 0) {
+        picture_text(d->p, 24, 34, 15, PICTURE_LEFT, picture_rgb(ink), from->tips_text);
+    }
+}
+
 static void draw_around(const drawing *d, double frame, bool is_still)
 {
     const show_shapes *shapes = &d->shapes;
     const bool moves = shapes->at.t && shapes->at.frames > 1;
+    draw_tips(d);
     if (moves) {
         draw_trail(d, shapes, frame);
     }
@@ -485,7 +506,8 @@ ad_status show_plot(const showing *from, const table_source *table, const char *
 {
     static const int sizes[][2] = {{960, 640}, {960, 640}, {720, 480}, {1280, 720}, {1280, 720}};
     const int kind = ending_of(from->out);
-    drawing d = {.labels = labels, .flat = kind == 0, .follows = from->wanted != NULL};
+    drawing d = {
+        .labels = labels, .from = from, .flat = kind == 0, .follows = from->wanted != NULL};
     ad_error unused;
     ad_status status =
         show_shapes_create(table, from->of, from->members, d.flat ? 33 : 121, &d.shapes, error);

@@ -9,7 +9,7 @@
 #include "tools/train/reference.h"
 
 typedef struct showing {
-    const char *source, *out, *scene_path, *reference_path, *grid, *at;
+    const char *source, *out, *scene_path, *reference_path, *grid, *at, *workspace;
     double slow; /* movies take that many times as long as motions */
     cli_list overrides;
     bool quiet;
@@ -24,7 +24,11 @@ typedef struct showing {
     samples samples;
     table_file *table, *ghost;
     show_kept kept;
-    bool is_drawn;              /* a picture is written */
+    bool is_drawn;      /* a picture is written */
+    bool has_workspace; /* the table of --workspace is */
+    double *tips;       /* of pictures: a workspace [tip_count][4], m and, as a part of the */
+    size_t tip_count;   /* largest, dexterity; owned, NULL: none */
+    char tips_text[64];
     const scene *of;            /* of pictures: what is shown; NULL: nobody knows, */
     const table_source *wanted; /* of a closed loop: the path, t, x, y, z; else NULL, */
     const double *members;      /* and of a family [frames][parameter_count]; else NULL */
@@ -95,6 +99,12 @@ void show_spread(const scene *of, int members, double *parameters);
  * false, and "advice" says why. */
 ad_status show_live(showing *showing, cpinn_family *family, size_t points, const double *s,
                     bool *is_live, ad_error *error);
+
+/* Tips of members all over the ranges, "workspace" and "tables", and the file of --workspace;
+ * nothing of families without predicted errors. At s [points] of the family, the last of them its
+ * tip. */
+ad_status show_workspace(showing *showing, cpinn_family *family, size_t points, const double *s,
+                         ad_error *error);
 
 ad_status show_loop(showing *showing, const table_source *table, ad_error *error);
 

@@ -211,6 +211,9 @@ async function begin() {
         const other = report.motion.reference ? new Motion(report.motion.reference) : null;
         player = new Player(motion, other && other.isPlaced ? other : null,
             (report.paths || []).map(data => new Motion(data)));
+        if (report.workspace) {
+            player.picture.workspace = new Workspace(report.workspace, () => player.draw());
+        }
         if (live) {
             sliders = new Sliders(live, player);
         }

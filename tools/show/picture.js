@@ -104,6 +104,7 @@ class Picture {
         this.reference = reference;
         this.paths = paths; /* of a closed loop: wanted, then what was gone */
         this.scene = report.scene || null;
+        this.workspace = null;
         this.shown = { directors: false, loads: true, actuators: true, reference: true, path: true,
             floor: true, through: false };
         this.mesh = new Mesh();
@@ -175,6 +176,10 @@ class Picture {
                 const { place, vector } = this.#loadAt(load, this.motion.pose(f), f);
                 seen.push(add(place, times(vector, this.#reach(load) * this.motion.span)));
             }
+        }
+        const tips = report.workspace ? report.workspace.columns.slice(0, 3).map(column) : null;
+        for (let i = 0; tips && i < report.workspace.rows; i += 10) {
+            seen.push(tips.map(c => c.at(i)));
         }
         const places = seen.filter(p => p.every(Number.isFinite));
         const low = [0, 1, 2].map(k => Math.min(...places.map(p => p[k])));
@@ -462,6 +467,9 @@ class Picture {
             c.fillStyle = colour;
             c.fillText(text, x, y);
         };
+        if (this.workspace) {
+            this.workspace.draw(c, camera);
+        }
         const axes = camera.axes();
         const gizmo = ["x", "y", "z"].map((name, k) => ({ name, x: axes[0][k], y: axes[1][k],
             z: axes[2][k], colour: ["#d33d38", "#2f9e4c", "#2b6bd0"][k] }));

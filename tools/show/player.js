@@ -3,6 +3,22 @@
 
 const FOLLOW = 60; /* ms from one picture of the charts to the next while it plays */
 
+/* What colours are; null: nothing. */
+function fillLegend(box, of) {
+    box.replaceChildren();
+    if (of) {
+        const { name, unit, map, low, high } = of;
+        const as = prefix(Math.max(Math.abs(low), Math.abs(high)), unit);
+        element("div", { text: name + (as.unit ? ` (${as.unit})` : "") }, box);
+        element("i", { style: "background: linear-gradient(90deg, "
+            + map.map(c => "#" + c).join(", ") + ")" }, box);
+        const row = element("div", {}, box);
+        for (const part of [0, 0.5, 1]) {
+            element("span", { text: digits((low + part * (high - low)) * as.factor, 3) }, row);
+        }
+    }
+}
+
 class Player {
     constructor(motion, reference, paths) {
         this.motion = motion;
@@ -200,21 +216,10 @@ class Player {
     }
 
     setQuantity(quantity) {
-        const legend = byId("legend");
         this.quantity = quantity;
         this.select.value = quantity ? quantity.name : "";
-        legend.replaceChildren();
-        if (quantity) {
-            const { map, low, high } = scaleOf(quantity);
-            const as = prefix(Math.max(Math.abs(low), Math.abs(high)), quantity.unit);
-            element("div", { text: quantity.name + (as.unit ? ` (${as.unit})` : "") }, legend);
-            element("i", { style: "background: linear-gradient(90deg, "
-                + map.map(c => "#" + c).join(", ") + ")" }, legend);
-            const row = element("div", {}, legend);
-            for (const part of [0, 0.5, 1]) {
-                element("span", { text: digits((low + part * (high - low)) * as.factor, 3) }, row);
-            }
-        }
+        fillLegend(byId("legend"), quantity && { name: quantity.name, unit: quantity.unit,
+            ...scaleOf(quantity) });
         if (this.onQuantity) {
             this.onQuantity();
         }

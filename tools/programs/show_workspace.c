@@ -1,0 +1,376 @@
+/* cpinn-show: where the tips of a family's members are, how well they can be moved from there, and
+ * how much the rod bends for it.
+ *
+ * The Jacobian of a tip is that of its place by the parameters that actuate the rod, as fractions z
+ * of their ranges (where none does, by all). A direction in which no member goes a hundredth as far
+ * as the robot does in its best is none of the workspace: in a plane the one across it, of three
+ * tendons the one in which they compress the rod. Of the other singular values, s1 the largest and
+ * sd the least, follow
+ *
+ *   dexterity      sd, m: how far the tip goes in its worst direction for |dz| = 1
+ *   conditioning   sd/s1, the local conditioning index (Gosselin and Angeles, J. Mech. Des. 113,
+ *                  1991): 1 where all directions are alike, 0 where one of them is lost. */
+#include "tools/programs/show_source.h"
+
+#include "tools/library/trained_family.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MEMBERS = 2000, BATCH = 50, SWEEPS = 30, U = 10 };
+
+#define LEAST_DIRECTION 1e-2
+
+/* Columns after those of parameters. */
+enum { X, Y, Z, DEXTERITY, CONDITIONING, CURVATURE, ERROR, TRUSTED, NUMBERS };
+
+static const struct {
+    const char *name, *unit;
+} own[NUMBERS] = {[X] = {"x", "m"},
+                  [Y] = {"y", "m"},
+                  [Z] = {"z", "m"},
+                  [DEXTERITY] = {"dexterity", "m"},
+                  [CONDITIONING] = {"conditioning", ""},
+                  [CURVATURE] = {"curvature", "1/m"},
+                  [ERROR] = {"error", "m"},
+                  [TRUSTED] = {"trusted", ""}};
+
+typedef struct workspace {
+    const scene *of;
+    bool moves[SCENE_PARAMETERS_MAX]; /* which parameters the Jacobian is by */
+    double *parameters;               /* [MEMBERS][parameters] */
+    double *numbers;                  /* [parameters + NUMBERS][MEMBERS], */
+    double *singular;                 /* and [MEMBERS][3], the largest first */
+    const char **source, **reason;    /* [MEMBERS] */
+    int reasons[CPINN_REASON_COUNT];  /* of members that are not trusted */
+    size_t trusted;
+    int directions;
+} workspace;
+
+static double *own_column(const workspace *w, int which)
+{
+    return w->numbers + (size_t)(w->of->parameter_count + which) * MEMBERS;
+}
+
+static void workspace_free(workspace *w)
+{
+    free(w->parameters);
+    free(w->numbers);
+    free(w->singular);
+    free(w->source);
+}
+
+static ad_status prepare(workspace *w, ad_error *error)
+{
+    const size_t count = (size_t)w->of->parameter_count;
+    bool any = false;
+    w->parameters = malloc(MEMBERS * count * sizeof *w->parameters);
+    w->numbers = malloc((count + NUMBERS) * MEMBERS * sizeof *w->numbers);
+    w->singular = calloc(3 * MEMBERS, sizeof *w->singular);
+    w->source = calloc(2 * MEMBERS, sizeof *w->source);
+    if (!w->parameters || !w->numbers || !w->singular || !w->source) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a workspace");
+    }
+    w->reason = w->source + MEMBERS;
+    for (int k = 0; k < w->of->parameter_count; k++) {
+        w->moves[k] = scene_parameter_actuates(w->of, k);
+        any = any || w->moves[k];
+    }
+    for (int k = 0; k < w->of->parameter_count; k++) {
+        w->moves[k] = w->moves[k] || !any;
+    }
+    show_spread(w->of, MEMBERS, w->parameters);
+    for (size_t i = 0; i < MEMBERS * count; i++) {
+        w->numbers[i % count * MEMBERS + i / count] = w->parameters[i];
+    }
+    return AD_OK;
+}
+
+/* Singular values of a [3][count], the largest first: its rows are turned until they are across
+ * each other (Hestenes, SIAM J. 6, 1958). */
+static void find_singular(size_t count, double a[3][SCENE_PARAMETERS_MAX], double to[3])
+{
+    for (int sweep = 0; sweep < SWEEPS; sweep++) {
+        for (int pair = 0; pair < 3; pair++) {
+            double *p = a[pair == 2], *q = a[pair == 0 ? 1 : 2], pp = 0, pq = 0, qq = 0;
+            for (size_t k = 0; k < count; k++) {
+                pp += p[k] * p[k];
+                pq += p[k] * q[k];
+                qq += q[k] * q[k];
+            }
+            if (fabs(pq) <= 1e-16 * sqrt(pp * qq)) {
+                continue;
+            }
+            const double ratio = (qq - pp) / (2 * pq);
+            const double t = copysign(1, ratio) / (fabs(ratio) + hypot(1, ratio));
+            const double c = 1 / hypot(1, t), s = c * t;
+            for (size_t k = 0; k < count; k++) {
+                const double before = p[k];
+                p[k] = c * before - s * q[k];
+                q[k] = s * before + c * q[k];
+            }
+        }
+    }
+    for (int i = 0; i < 3; i++) {
+        double size = 0;
+        int at = i;
+        for (size_t k = 0; k < count; k++) {
+            size = hypot(size, a[i][k]);
+        }
+        for (; at > 0 && to[at - 1] < size; at--) {
+            to[at] = to[at - 1];
+        }
+        to[at] = size;
+    }
+}
+
+/* How a parameter changes with its fraction. */
+static double rate_of(const scene_parameter *p, double value)
+{
+    return p->scale == SCENE_LOG ? value * log(p->high / p->low) : p->high - p->low;
+}
+
+/* Of a member of some that were asked for. */
+static void take(workspace *w, size_t member, const samples *from, size_t which)
+{
+    const size_t count = (size_t)w->of->parameter_count, rows = samples_rows(from);
+    const size_t first = which * from->count, tip = first + from->count - 1;
+    const cpinn_answer *said = &from->said[which];
+    double by[3][SCENE_PARAMETERS_MAX], bends = 0;
+    bool known = true;
+    for (size_t k = 0; k < 3; k++) {
+        own_column(w, X + (int)k)[member] = from->values[k * rows + tip];
+        for (size_t j = 0; j < count; j++) {
+            by[k][j] = w->moves[j]
+                           ? from->slopes[(k * count + j) * rows + tip] *
+                                 rate_of(&w->of->parameters[j], w->parameters[member * count + j])
+                           : 0;
+            known = known && isfinite(by[k][j]);
+        }
+    }
+    for (size_t i = first; i <= tip; i++) {
+        bends = fmax(bends, hypot(from->values[U * rows + i], from->values[(U + 1) * rows + i]));
+    }
+    if (known) {
+        find_singular(count, by, w->singular + 3 * member);
+    } else {
+        w->singular[3 * member] = NAN;
+    }
+    own_column(w, CURVATURE)[member] = isfinite(from->values[tip]) ? bends : NAN;
+    own_column(w, ERROR)[member] = said->error;
+    own_column(w, TRUSTED)[member] = said->trusted;
+    w->source[member] = cpinn_source_word(said->source);
+    w->reason[member] = cpinn_reason_word(said->reason);
+    w->trusted += said->trusted;
+    w->reasons[said->reason] += !said->trusted;
+}
+
+static void judge(workspace *w)
+{
+    double most[3] = {0};
+    for (size_t i = 0; i < 3 * (size_t)MEMBERS; i++) {
+        const bool counts = own_column(w, TRUSTED)[i / 3] != 0 && isfinite(w->singular[i / 3 * 3]);
+        most[i % 3] = fmax(most[i % 3], counts ? w->singular[i] : 0);
+    }
+    while (w->directions < 3 && most[w->directions] > LEAST_DIRECTION * most[0]) {
+        w->directions++;
+    }
+    for (size_t i = 0; i < MEMBERS; i++) {
+        const double *s = w->singular + 3 * i;
+        own_column(w, DEXTERITY)[i] = isfinite(s[0]) && w->directions ? s[w->directions - 1] : NAN;
+        own_column(w, CONDITIONING)[i] = own_column(w, DEXTERITY)[i] / s[0];
+    }
+}
+
+/* ---- what becomes of it -------------------------------------------------------------------- */
+
+static ad_status write_table(const workspace *w, const char *path, ad_error *error)
+{
+    table_build to;
+    table_begin(&to, MEMBERS);
+    for (int k = 0; k < w->of->parameter_count; k++) {
+        table_add(&to, w->of->parameters[k].name, "", w->numbers + (size_t)k * MEMBERS, NULL);
+    }
+    for (int k = 0; k < NUMBERS; k++) {
+        table_add(&to, own[k].name, own[k].unit, own_column(w, k), NULL);
+    }
+    table_add(&to, "source", "", own_column(w, ERROR), w->source);
+    table_add(&to, "reason", "", own_column(w, ERROR), w->reason);
+    return table_write(path, &to.table, error);
+}
+
+/* A row of the page's table: what is least and most of trusted members, and where. */
+static void put_extremes(json *to, const workspace *w, int which, bool largest)
+{
+    const double *values = own_column(w, which), *trusted = own_column(w, TRUSTED);
+    size_t best = MEMBERS;
+    char text[64];
+    for (size_t i = 0; i < MEMBERS; i++) {
+        if (trusted[i] != 0 && isfinite(values[i]) &&
+            (best == MEMBERS || (largest ? values[i] > values[best] : values[i] < values[best]))) {
+            best = i;
+        }
+    }
+    if (best == MEMBERS) {
+        return;
+    }
+    json_open(to, NULL, '[');
+    snprintf(text, sizeof text, "%s %s", largest ? "largest" : "least", own[which].name);
+    json_text(to, NULL, text);
+    snprintf(text, sizeof text, "%.4g%s%s", values[best], *own[which].unit ? " " : "",
+             own[which].unit);
+    json_text(to, NULL, text);
+    for (int k = 0; k < w->of->parameter_count; k++) {
+        snprintf(text, sizeof text, "%.4g", w->numbers[(size_t)k * MEMBERS + best]);
+        json_text(to, NULL, text);
+    }
+    json_close(to, ']');
+}
+
+static void put_table(json *to, const workspace *w)
+{
+    json_open(to, "tables", '[');
+    json_open(to, NULL, '{');
+    json_text(to, "title", "Workspace: ends of what its members have, and where");
+    json_open(to, "rows", '[');
+    json_open(to, NULL, '[');
+    json_text(to, NULL, "");
+    json_text(to, NULL, "value");
+    for (int k = 0; k < w->of->parameter_count; k++) {
+        json_text(to, NULL, w->of->parameters[k].name);
+    }
+    json_close(to, ']');
+    for (int k = X; k <= CURVATURE; k++) {
+        put_extremes(to, w, k, false);
+        put_extremes(to, w, k, true);
+    }
+    put_extremes(to, w, ERROR, true);
+    json_close(to, ']');
+    json_close(to, '}');
+    json_close(to, ']');
+}
+
+/* For a picture: places, and where dexterity is between its least and its largest. */
+static ad_status keep_tips(const workspace *w, showing *showing, ad_error *error)
+{
+    const double *of = own_column(w, DEXTERITY);
+    double least = INFINITY, most = 0, *to = malloc((4 * w->trusted + 1) * sizeof *to);
+    showing->tips = to;
+    showing->tip_count = 0;
+    for (int pass = 0; pass < 2 && to; pass++) {
+        for (size_t i = 0; i < MEMBERS; i++) {
+            if (own_column(w, TRUSTED)[i] == 0 || !isfinite(of[i])) {
+                continue;
+            }
+            least = fmin(least, of[i]);
+            most = fmax(most, of[i]);
+            for (int k = X; k <= Z && pass == 1; k++) {
+                *to++ = own_column(w, k)[i];
+            }
+            if (pass == 1) {
+                *to++ = most > least ? (of[i] - least) / (most - least) : 0;
+                showing->tip_count++;
+            }
+        }
+    }
+    snprintf(showing->tips_text, sizeof showing->tips_text,
+             "tips by dexterity, dark to bright: %.3g to %.3g mm", 1e3 * least, 1e3 * most);
+    return to ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a workspace");
+}
+
+static void put_words(json *to, const workspace *w)
+{
+    char text[400];
+    int used =
+        snprintf(text, sizeof text, "%zu of %d members all over the ranges; %zu are not trusted",
+                 w->trusted, MEMBERS, MEMBERS - w->trusted);
+    for (int k = 0; k < CPINN_REASON_COUNT && used < (int)sizeof text; k++) {
+        if (w->reasons[k] > 0) {
+            used += snprintf(text + used, sizeof text - (size_t)used, ", %d: %s", w->reasons[k],
+                             cpinn_reason_text((cpinn_reason)k));
+        }
+    }
+    json_text(to, "says", text);
+    json_integer(to, "directions", w->directions);
+    json_open(to, "moves", '[');
+    for (int k = 0; k < w->of->parameter_count; k++) {
+        json_text(to, NULL, w->moves[k] ? w->of->parameters[k].name : NULL);
+    }
+    json_close(to, ']');
+}
+
+/* Trusted members alone. */
+static ad_status put_tips(json *to, const workspace *w, ad_error *error)
+{
+    double *few = malloc((w->trusted + 1) * sizeof *few);
+    if (!few) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a workspace");
+    }
+    json_open(to, "workspace", '{');
+    json_integer(to, "rows", (int64_t)w->trusted);
+    put_words(to, w);
+    json_open(to, "columns", '[');
+    for (int k = X; k <= ERROR; k++) {
+        size_t count = 0;
+        for (size_t i = 0; i < MEMBERS; i++) {
+            few[count] = own_column(w, k)[i];
+            count += own_column(w, TRUSTED)[i] != 0;
+        }
+        show_column(to, own[k].name, own[k].unit, few, count, k > Z);
+    }
+    json_close(to, ']');
+    json_close(to, '}');
+    free(few);
+    return AD_OK;
+}
+
+/* Members a batch at a time. */
+static ad_status ask(workspace *w, const answer *found, size_t points, const double *s,
+                     ad_error *error)
+{
+    const size_t count = (size_t)w->of->parameter_count;
+    samples p = {.count = 0};
+    ad_status status = samples_make(&p, points, error);
+    if (status == AD_OK) {
+        memcpy(p.s, s, points * sizeof *s);
+        p.derives = true;
+        p.members = BATCH;
+    }
+    for (size_t first = 0; first < MEMBERS && status == AD_OK; first += BATCH) {
+        p.parameters = w->parameters + first * count;
+        status = samples_ask(&p, found, error);
+        for (size_t i = 0; i < BATCH && status == AD_OK; i++) {
+            take(w, first + i, &p, i);
+        }
+    }
+    p.parameters = NULL;
+    samples_free(&p);
+    return status;
+}
+
+ad_status show_workspace(showing *showing, cpinn_family *family, size_t points, const double *s,
+                         ad_error *error)
+{
+    const cpinn_polish two_steps = {.steps = 2};
+    const answer found = answer_of_family(family, &two_steps);
+    workspace w = {.of = found.scene};
+    if (*cpinn_family_without_error(family) ||
+        (show_is_plot(showing->out) && !showing->workspace)) {
+        return AD_OK;
+    }
+    ad_status status = prepare(&w, error);
+    status = status == AD_OK ? ask(&w, &found, points, s, error) : status;
+    if (status == AD_OK) {
+        judge(&w);
+        status = show_is_plot(showing->out) ? keep_tips(&w, showing, error)
+                                            : put_tips(&showing->to, &w, error);
+        put_table(&showing->to, &w);
+    }
+    if (status == AD_OK && showing->workspace) {
+        status = write_table(&w, showing->workspace, error);
+        showing->has_workspace = status == AD_OK;
+    }
+    workspace_free(&w);
+    return status;
+}

@@ -1,0 +1,49 @@
+"use strict";
+/* The tips of members all over the ranges, as dots over the picture. */
+
+class Workspace {
+    constructor(data, redraw) {
+        const columns = data.columns.map(column);
+        const rows = Array.from({ length: data.rows }, (_, i) => i);
+        this.places = rows.map(i => [0, 1, 2].map(k => columns[k].at(i)));
+        this.quantities = columns.slice(3).filter(c => c.low <= c.high);
+        this.redraw = redraw;
+        const select = element("select", { title: "colour of the tips" },
+            element("label", { text: "Tips by " }, byId("tools")));
+        for (const q of this.quantities) {
+            element("option", { value: q.name, text: q.name }, select);
+        }
+        element("option", { value: "", text: "hidden" }, select);
+        select.onchange = () => this.choose(select.value);
+        const moves = data.moves.filter(name => name);
+        byId("notes").append(`Workspace: ${data.says}. Dexterity is the least singular value of the `
+            + `tip's Jacobian by ${moves.join(", ")} as parts of their ranges, in ${data.directions} `
+            + "directions, conditioning the least over the largest. ");
+        this.choose(select.value);
+    }
+
+    choose(name) {
+        const q = this.quantity = this.quantities.find(one => one.name === name) || null;
+        fillLegend(byId("reached"), q && { name: "tips: " + q.name, unit: q.unit, map: SEQUENTIAL,
+            low: q.low, high: q.high });
+        this.redraw();
+    }
+
+    /* On a canvas in pixels of the page, the farthest first. */
+    draw(canvas, camera) {
+        const q = this.quantity;
+        if (!q) {
+            return;
+        }
+        const axis = camera.axes()[2], wide = q.high - q.low || 1;
+        const order = this.places.map((p, i) => [dot(p, axis), i]).sort((a, b) => a[0] - b[0]);
+        canvas.globalAlpha = 0.6;
+        for (const [, i] of order) {
+            const [x, y] = camera.project(this.places[i]);
+            canvas.fillStyle = `rgb(${colourOf(SEQUENTIAL_SHADES, (q.at(i) - q.low) / wide)
+                .map(part => Math.round(255 * part)).join()})`;
+            canvas.fillRect(x - 1.5, y - 1.5, 3, 3);
+        }
+        canvas.globalAlpha = 1;
+    }
+}
