@@ -15,6 +15,8 @@ void solve_elements_clear(solve_elements *mesh)
     free(mesh->pivots);
     free(mesh->by_start);
     free(mesh->inner);
+    free(mesh->part);
+    free(mesh->packed);
     if (mesh->band) {
         SUNDlsMat_destroyMat(mesh->band);
     }
@@ -43,12 +45,14 @@ ad_status solve_elements_make(int rows, int start_rows, int stages, int count, c
     mesh->pivots = malloc(elements * inner * sizeof *mesh->pivots);
     mesh->by_start = malloc(elements * inner * (size_t)rows * sizeof *mesh->by_start);
     mesh->inner = malloc(elements * inner * sizeof *mesh->inner);
+    mesh->part = malloc(elements * (size_t)rows * sizeof *mesh->part);
+    mesh->packed = malloc(inner * (size_t)rows * sizeof *mesh->packed);
     mesh->band = SUNDlsMat_newBandMat((sunindextype)outer, mesh->above, mesh->lower);
     mesh->band_pivots = malloc(outer * sizeof *mesh->band_pivots);
     mesh->right = malloc(outer * sizeof *mesh->right);
     if (!mesh->edges || !mesh->points || !mesh->by_y || !mesh->across || !mesh->factor ||
-        !mesh->pivots || !mesh->by_start || !mesh->inner || !mesh->band || !mesh->band_pivots ||
-        !mesh->right) {
+        !mesh->pivots || !mesh->by_start || !mesh->inner || !mesh->part || !mesh->packed ||
+        !mesh->band || !mesh->band_pivots || !mesh->right) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu nodes", points);
     }
     memcpy(mesh->edges, edges, (elements + 1) * sizeof *edges);
@@ -119,23 +123,129 @@ void solve_elements_residual(const solve_elements *mesh, int e, const double *st
     }
 }
 
-/* I - h a_ij J_j, column-major. */
-static void fill_inner(const solve_elements *mesh, int e, double *matrix)
+/* Rows of an element's points: those whose rates no y changes, those that are solved for together,
+ * and those on which no rate depends, which follow from the others. */
+enum { GIVEN, COUPLED, FOLLOWS, PARTS };
+
+/* part [rows]; returns how many are coupled. */
+static int find_parts(solve_elements *mesh, int e)
 {
     const int rows = mesh->rows;
-    size_t n = elements_inner(mesh);
-    double h = elements_width(mesh, e);
-    elements_matrix *by_y = mesh->by_y + e * mesh->stages;
+    bool changes[ELEMENTS_ROWS_MAX] = {false}, counts[ELEMENTS_ROWS_MAX] = {false};
+    int coupled = 0, *part = mesh->part + e * rows;
     for (int j = 0; j < mesh->stages; j++) {
-        for (int c = 0; c < rows; c++) {
-            double *to = matrix + (size_t)(j * rows + c) * n;
-            for (int i = 0; i < mesh->stages; i++) {
-                double factor = -h * mesh->rule.matrix[i][j];
-                for (int r = 0; r < rows; r++) {
-                    *to++ = factor * by_y[j][r][c] + (i == j && r == c);
-                }
+        for (int r = 0; r < rows; r++) {
+            const double *row = mesh->by_y[e * mesh->stages + j][r];
+            for (int c = 0; c < rows; c++) {
+                changes[r] |= row[c] != 0;
+                counts[c] |= row[c] != 0;
             }
         }
+    }
+    for (int r = 0; r < rows; r++) {
+        part[r] = !changes[r] ? GIVEN : counts[r] ? COUPLED : FOLLOWS;
+        coupled += part[r] == COUPLED;
+    }
+    return coupled;
+}
+
+/* Of each part the rows; how many there are. */
+static int rows_of(const solve_elements *mesh, int e, int part, int *rows)
+{
+    int count = 0;
+    for (int r = 0; r < mesh->rows; r++) {
+        if (mesh->part[e * mesh->rows + r] == part) {
+            rows[count++] = r;
+        }
+    }
+    return count;
+}
+
+/* I - h a_ij J_j of the coupled rows, column-major. */
+static void fill_inner(const solve_elements *mesh, int e, double *matrix)
+{
+    int row[ELEMENTS_ROWS_MAX];
+    const int rows = rows_of(mesh, e, COUPLED, row);
+    const double h = elements_width(mesh, e);
+    elements_matrix *by_y = mesh->by_y + e * mesh->stages;
+    for (int j = 0; j < mesh->stages; j++) {
+        double J[ELEMENTS_ROWS_MAX][ELEMENTS_ROWS_MAX]; /* by columns */
+        for (int r = 0; r < rows; r++) {
+            for (int c = 0; c < rows; c++) {
+                J[c][r] = by_y[j][row[r]][row[c]];
+            }
+        }
+        for (int c = 0; c < rows; c++) {
+            for (int i = 0; i < mesh->stages; i++) {
+                const double factor = -h * mesh->rule.matrix[i][j];
+                for (int r = 0; r < rows; r++) {
+                    matrix[r] = factor * J[c][r];
+                }
+                matrix[c] += i == j;
+                matrix += rows;
+            }
+        }
+    }
+}
+
+/* inner [stages][rows] of part `to` += h sum_j a_ij J_j inner_j of part `from`. */
+static void add_inner(const solve_elements *mesh, int e, int from, int to, double *inner)
+{
+    int row[ELEMENTS_ROWS_MAX], column[ELEMENTS_ROWS_MAX];
+    const int rows = rows_of(mesh, e, to, row), columns = rows_of(mesh, e, from, column);
+    const double h = elements_width(mesh, e);
+    double rate[GAUSS_STAGES_MAX][ELEMENTS_ROWS_MAX];
+    if (rows == 0 || columns == 0) {
+        return;
+    }
+    for (int j = 0; j < mesh->stages; j++) {
+        for (int r = 0; r < rows; r++) {
+            const double *by_y = mesh->by_y[e * mesh->stages + j][row[r]];
+            double sum = 0;
+            for (int c = 0; c < columns; c++) {
+                sum += by_y[column[c]] * inner[j * mesh->rows + column[c]];
+            }
+            rate[j][r] = h * sum;
+        }
+    }
+    for (int i = 0; i < mesh->stages; i++) {
+        double sum[ELEMENTS_ROWS_MAX] = {0};
+        for (int j = 0; j < mesh->stages; j++) {
+            for (int r = 0; r < rows; r++) {
+                sum[r] += mesh->rule.matrix[i][j] * rate[j][r];
+            }
+        }
+        for (int r = 0; r < rows; r++) {
+            inner[i * mesh->rows + row[r]] += sum[r];
+        }
+    }
+}
+
+/* inner [count][stages][rows]: right sides, then the solutions of an element that is factored. */
+static void solve_inner(const solve_elements *mesh, int e, size_t count, double *inner)
+{
+    const size_t n = elements_inner(mesh);
+    int row[ELEMENTS_ROWS_MAX];
+    const int rows = rows_of(mesh, e, COUPLED, row);
+    const size_t size = (size_t)(mesh->stages * rows);
+    double *to = mesh->packed;
+    for (size_t k = 0; k < count; k++) {
+        add_inner(mesh, e, GIVEN, COUPLED, inner + k * n);
+        for (size_t i = 0; i < size; i++) {
+            *to++ = inner[k * n + i / (size_t)rows * (size_t)mesh->rows + (size_t)row[i % rows]];
+        }
+    }
+    if (size > 0) {
+        ad_dense_lu_solve(size, count, mesh->factor + (size_t)e * n * n,
+                          mesh->pivots + (size_t)e * n, mesh->packed);
+    }
+    const double *from = mesh->packed;
+    for (size_t k = 0; k < count; k++) {
+        for (size_t i = 0; i < size; i++) {
+            inner[k * n + i / (size_t)rows * (size_t)mesh->rows + (size_t)row[i % rows]] = *from++;
+        }
+        add_inner(mesh, e, GIVEN, FOLLOWS, inner + k * n);
+        add_inner(mesh, e, COUPLED, FOLLOWS, inner + k * n);
     }
 }
 
@@ -162,41 +272,47 @@ static void put(solve_elements *mesh, int row, int column, double value)
     mesh->band[column][row - column + mesh->above] = value;
 }
 
-static int factor_element(solve_elements *mesh, int e)
+/* The equations of an element's end by y at its edges. */
+static void put_element(solve_elements *mesh, int e, double nudge)
 {
-    const int rows = mesh->rows;
-    size_t n = elements_inner(mesh), all = n * (size_t)rows;
-    double *matrix = mesh->factor + (size_t)e * n * n, *by_start = mesh->by_start + (size_t)e * all;
-    int *pivots = mesh->pivots + (size_t)e * n, row = mesh->start_rows + e * rows,
-        column = e * rows;
-    fill_inner(mesh, e, matrix);
-    if (ad_dense_lu(n, matrix, pivots) != 0) {
-        return 1;
-    }
-    for (int c = 0; c < rows; c++) {
-        for (size_t i = 0; i < n; i++) {
-            by_start[(size_t)c * n + i] = mesh->across[e][i % (size_t)rows][c];
-        }
-    }
-    ad_dense_lu_solve(n, (size_t)rows, matrix, pivots, by_start);
+    const int rows = mesh->rows, row = mesh->start_rows + e * rows, column = e * rows;
+    const size_t n = elements_inner(mesh);
     for (int c = 0; c < rows; c++) {
         double end[ELEMENTS_ROWS_MAX];
         for (int r = 0; r < rows; r++) {
             end[r] = mesh->across[e][r][c];
         }
-        add_end(mesh, e, by_start + (size_t)c * n, end);
+        add_end(mesh, e, mesh->by_start + (size_t)(e * rows + c) * n, end);
         for (int r = 0; r < rows; r++) {
             put(mesh, row + r, column + c, -end[r]);
-            put(mesh, row + r, column + rows + c, r == c);
+            put(mesh, row + r, column + rows + c, r == c ? 1 + nudge : 0);
         }
     }
+}
+
+static int factor_element(solve_elements *mesh, int e)
+{
+    const size_t n = elements_inner(mesh), rows = (size_t)mesh->rows;
+    double *matrix = mesh->factor + (size_t)e * n * n;
+    double *by_start = mesh->by_start + (size_t)e * n * rows;
+    const int coupled = find_parts(mesh, e);
+    fill_inner(mesh, e, matrix);
+    if (coupled > 0 &&
+        ad_dense_lu((size_t)(mesh->stages * coupled), matrix, mesh->pivots + (size_t)e * n) != 0) {
+        return 1;
+    }
+    for (size_t c = 0; c < rows; c++) {
+        for (size_t i = 0; i < n; i++) {
+            by_start[c * n + i] = mesh->across[e][i % rows][c];
+        }
+    }
+    solve_inner(mesh, e, rows, by_start);
     return 0;
 }
 
-int solve_elements_factor(solve_elements *mesh)
+static bool factor_band(solve_elements *mesh, double nudge)
 {
-    const int rows = mesh->rows;
-    int size = (mesh->count + 1) * rows, last = size - rows;
+    const int rows = mesh->rows, size = (mesh->count + 1) * rows, last = size - rows;
     for (int c = 0; c < size; c++) {
         memset(mesh->band[c], 0, (size_t)(mesh->above + mesh->lower + 1) * sizeof **mesh->band);
     }
@@ -209,12 +325,24 @@ int solve_elements_factor(solve_elements *mesh)
         }
     }
     for (int e = 0; e < mesh->count; e++) {
+        put_element(mesh, e, nudge);
+    }
+    return SUNDlsMat_bandGBTRF(mesh->band, size, mesh->above - mesh->lower, mesh->lower,
+                               mesh->above, mesh->band_pivots) == 0;
+}
+
+/* A buckled column that may turn about its load has a singular matrix and no right side along that
+ * turn. Whether a pivot is 0 or what rounding leaves of it must not matter. */
+static const double NUDGE = 1e-12;
+
+int solve_elements_factor(solve_elements *mesh)
+{
+    for (int e = 0; e < mesh->count; e++) {
         if (factor_element(mesh, e) != 0) {
             return 1;
         }
     }
-    return SUNDlsMat_bandGBTRF(mesh->band, size, mesh->above - mesh->lower, mesh->lower,
-                               mesh->above, mesh->band_pivots) != 0;
+    return !factor_band(mesh, 0) && !factor_band(mesh, NUDGE);
 }
 
 void solve_elements_solve(solve_elements *mesh, const double *right, double *step)
@@ -227,8 +355,7 @@ void solve_elements_solve(solve_elements *mesh, const double *right, double *ste
     for (int e = 0; e < mesh->count; e++, from += n + rows, to += rows) {
         double *inner = mesh->inner + (size_t)e * n;
         memcpy(inner, from, n * sizeof *from);
-        ad_dense_lu_solve(n, 1, mesh->factor + (size_t)e * n * n, mesh->pivots + (size_t)e * n,
-                          inner);
+        solve_inner(mesh, e, 1, inner);
         memcpy(to, from + n, rows * sizeof *from);
         add_end(mesh, e, inner, to);
     }

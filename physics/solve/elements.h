@@ -1,7 +1,7 @@
 /* Collocation of y_s = f(s, y) on [0, 1] at Gauss points of elements, with conditions at both ends
  * and jumps of y at edges: one linear solve by the derivatives of all these. Order 2 stages at the
- * ends of elements. The points within an element are eliminated element by element, what remains is
- * a band matrix of y at the edges.
+ * ends of elements. The points within an element are eliminated element by element, of their rows
+ * those together that depend on each other; what remains is a band matrix of y at the edges.
  *
  * Unknowns: y at s = 0; then for each element y at its points and at its end. Where y jumps at an
  * edge that y is the one before it, at s = 0 outside. Equations in the same order: conditions at
@@ -37,10 +37,12 @@ typedef struct solve_elements {
 
     /* of the linear solve */
     int lower, above; /* diagonals of the band below, and above with those of pivoting */
-    double *factor;   /* [count][inner][inner], column-major */
+    double *factor;   /* [count][inner][inner], column-major, of the rows that are coupled */
     int *pivots;      /* [count][inner] */
     double *by_start; /* [count][rows][inner]: how the inner y follow the start */
     double *inner;    /* [count][inner] */
+    int *part;        /* [count][rows] which rows are solved for together */
+    double *packed;   /* [rows][inner] work */
     realtype **band;  /* of y at the edges */
     sunindextype *band_pivots;
     double *right; /* [count + 1][rows] */
