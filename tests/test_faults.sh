@@ -34,7 +34,7 @@ run 0 cpinn-control $loop --out loop.csv
 # Of each program, what is quick.
 programs=('cpinn-train scene.yaml --out new --threads 1'
     'cpinn-eval whole --grid 9 --out new.csv' 'cpinn-eval whole --json -'
-    'cpinn-solve scene.yaml --nodes 20 --out new.h5' 'cpinn-solve scene.yaml --method strain'
+    'cpinn-solve scene.yaml --nodes 20 --out new.h5' 'cpinn-solve scene.yaml --path new.csv'
     'cpinn-check scene.yaml --threads 1' 'cpinn-export whole --c new'
     'cpinn-cases scene.yaml --out new --seconds 0.1 --threads 1' 'cpinn-show whole --out new.html'
     'cpinn-stress --only slender/10 --method solver --out new.csv'

@@ -24,22 +24,8 @@ said stdout.txt '^solved: 8 nodes'
 run 0 cpinn-solve "$heavy" --set 'loads.gravity=[0, 0, -98.1]' --set reference.file=null
 check no reference, no difference -- test "$(grep -c difference stdout.txt)" -eq 0
 
-# ---- by the curvature alone -------------------------------------------------------------------
-
-run 0 cpinn-solve "$elastica" --method strain
-said stdout.txt 'estimated error +[0-9.]+e-1[0-9] of the length'
-said stdout.txt '^  tip +0\.28307002911498[0-9]* '
-said stdout.txt 'position, largest +[0-9.]+e-1[2-9] of the length'
-run 0 cpinn-solve "$ROOT/configs/cases/follower_5.yaml" --method strain --nodes 8
-said stdout.txt '^solved: 8 nodes'
-refused 'tubes: method strain does not take concentric tubes: it is not built yet; allowed: method collocation' \
-    cpinn-solve "$ROOT/configs/robots/concentric.yaml" --method strain
-refused '^cpinn-solve: --method stress; allowed: collocation, strain' \
+refused '^cpinn-solve: --method stress; allowed: collocation, modes' \
     cpinn-solve "$elastica" --method stress
-refused 'one of the two' cpinn-solve "$elastica" --method strain --work-precision y.csv
-refused 'followed by collocation alone' cpinn-solve "$elastica" --method strain --path y.csv
-run 0 cpinn-solve "$elastica" --method strain --json -
-said stdout.txt '"method": *"strain"'
 
 # ---- motions by strain modes ------------------------------------------------------------------
 

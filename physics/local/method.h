@@ -10,9 +10,6 @@ extern "C" {
  * NULL at the end. */
 typedef enum solve_method {
     SOLVE_COLLOCATION, /* position, rotation, force and moment at Gauss points */
-    SOLVE_STRAIN,      /* the curvature alone, of which all else are integrals; small and full
-                        * matrices. Not with tubes, nor with tendons of given displacement or with
-                        * friction. */
     SOLVE_MODES        /* strain modes (physics/chain/modes.h) of a rod in motion that is held at
                         * its start alone */
 } solve_method;

@@ -76,7 +76,6 @@ typedef struct solve_rod {
     solve_extent extents[SOLVE_ACTUATORS_MAX];
     solve_jumps jumps;               /* what acts at single places */
     solve_quadrature *quadrature;    /* at rest, of solve_rod_given; NULL in motion */
-    solve_method method;             /* at rest; collocation if nobody asks */
     struct solve_functions *formula; /* opaque */
 } solve_rod;
 

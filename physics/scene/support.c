@@ -410,7 +410,7 @@ static const char *never(const scene *scene)
 
 /* ---- the table ------------------------------------------------------------------------------ */
 
-/* cells: at rest mixed, displacement, pose_strain, family, export; collocation, strain, path; in
+/* cells: at rest mixed, displacement, pose_strain, family, export; collocation, path; in
  * motion mixed, displacement, pose_strain, strain; nodes, modes; one-step model. y: taken, o:
  * without effect, x: not built, m: impossible. section: where `has` is NULL. */
 typedef struct feature_row {
@@ -419,8 +419,8 @@ typedef struct feature_row {
     const char *cells, *reason;
 } feature_row;
 
-#define OF_STATE                     "yyyyy yyy yyyy yy y"
-#define OF_MOTION                    "ooooo ooo yyyy yy y"
+#define OF_STATE                     "yyyyy yy yyyy yy y"
+#define OF_MOTION                    "ooooo oo yyyy yy y"
 #define OF_LAW(name, section, cells) {name, section, NULL, cells, NULL},
 
 #define OF_A_BEAM   "a beam of small deflection is linear and has no shape in space"
@@ -432,96 +432,96 @@ static const char of_steps[] = "a step is the same at any time, and what changes
 /* clang-format off */
 static const feature_row features[] = {
     {"a beam of small deflection", NULL, small,
-     "yymmm ymm yymm ym m", OF_A_BEAM},
+     "yymmm ym yymm ym m", OF_A_BEAM},
     {"a manufactured solution with locked strains", NULL, manufactured_locked,
-     "mmmmm mmm mmmm mm m", OF_STRAINS},
+     "mmmmm mm mmmm mm m", OF_STRAINS},
     {"a manufactured solution with a tendon whose tension is sought", NULL, manufactured_tension,
-     "mmmmm mmm mmmm mm m", OF_SOLUTION},
+     "mmmmm mm mmmm mm m", OF_SOLUTION},
     {"a manufactured solution with an imperfection", NULL, manufactured_imperfect,
-     "mmmmm mmm mmmm mm m", OF_SOLUTION},
+     "mmmmm mm mmmm mm m", OF_SOLUTION},
     {"a manufactured solution", NULL, manufactured,
-     "yyymm yyx yyyy yy m", "it is that of one scene, and what has ranges is of many"},
+     "yyymm yx yyyy yy m", "it is that of one scene, and what has ranges is of many"},
     {"a rod with tubes whose lengths or places have ranges, or that is inserted", NULL, mapped_tubes,
-     "xxxxx xxx xxxx xx x", NULL},
+     "xxxxx xx xxxx xx x", NULL},
     {"a learned law of a rod whose lengths or places have ranges", NULL, mapped_law,
-     "xxxxx xxx xxxx xx x", NULL},
+     "xxxxx xx xxxx xx x", NULL},
     {"concentric tubes", NULL, has_tubes,
-     "yxxxx yxy xxxx xx x", NULL},
+     "yxxxx yy xxxx xx x", NULL},
     {"locked shear or stretch", NULL, locked,
-     "ymmyy yyy ymmy yy y", OF_STRAINS},
+     "ymmyy yy ymmy yy y", OF_STRAINS},
     {"a learned law", NULL, lawful,
-     "yyyyy yyy yyyy yy y", NULL},
+     "yyyyy yy yyyy yy y", NULL},
     {"friction of a tendon", NULL, rubs,
-     "yxxyy yyx xxxx xx x", NULL},
+     "yxxyy yx xxxx xx x", NULL},
     {"friction of a tendon where strains jump", NULL, kinks,
-     "xxxxx yxx xxxx xx x", NULL},
+     "xxxxx yx xxxx xx x", NULL},
     {"a tendon that keeps its length", NULL, keeps_length,
-     "yxxyy yyx xxxx xx x", NULL},
+     "yxxyy yx xxxx xx x", NULL},
     {"a tendon of given displacement", NULL, elastic,
-     "yxxyy yyx yxxx yx x", NULL},
+     "yxxyy yx yxxx yx x", NULL},
     {"a tendon of given tension", "tendons.tension", NULL,
-     "yyyyy yyy yyyy yy y", NULL},
+     "yyyyy yy yyyy yy y", NULL},
     {"a chamber", "chambers", NULL,
-     "yyyyy yyy yyyy yy y", NULL},
+     "yyyyy yy yyyy yy y", NULL},
     {"a free or loaded start", NULL, open_start,
-     "yyyxx yyy yyyx yx x", NULL},
+     "yyyxx yy yyyx yx x", NULL},
     {"a sliding start", NULL, sliding_start,
-     "yyyxx yyy yyyx yx x", NULL},
+     "yyyxx yy yyyx yx x", NULL},
     {"a spring or body at a pinned start", NULL, loaded_pin,
-     "yxxxx yyy yxxx yx x", NULL},
+     "yxxxx yy yxxx yx x", NULL},
     {"a pinned start", NULL, pinned_start,
-     "yyyxx yyy yyyy yy y", NULL},
+     "yyyxx yy yyyy yy y", NULL},
     {"a driven start", NULL, driven_start,
-     "yyyyy yyy yyyy yy y", NULL},
+     "yyyyy yy yyyy yy y", NULL},
     {"an end turned by an angle", NULL, turned_end,
-     "yyyxx yyy yyyx yx x", NULL},
+     "yyyxx yy yyyx yx x", NULL},
     {"a held end", NULL, held_end,
-     "yyyyy yyy yyyx yx x", NULL},
+     "yyyyy yy yyyx yx x", NULL},
     {"a sliding end", NULL, sliding_end,
-     "yyyyy yyy yyyx yx x", NULL},
+     "yyyyy yy yyyx yx x", NULL},
     {"a driven end", NULL, driven_end,
-     "yyyyy yyy yyyx yx x", NULL},
+     "yyyyy yy yyyx yx x", NULL},
     {"segments", NULL, several,
-     "yxxyy yyy yxxy yy y", NULL},
+     "yxxyy yy yxxy yy y", NULL},
     {"a point load", "loads.points", NULL,
-     "yxxyy yyy yxxy yy y", NULL},
+     "yxxyy yy yxxy yy y", NULL},
     {"a body", NULL, has_bodies,
-     "yxxyy yyy yxxy yy y", NULL},
+     "yxxyy yy yxxy yy y", NULL},
     {"a spring", "springs", NULL,
-     "yxxyy yyy yxxy yy y", NULL},
+     "yxxyy yy yxxy yy y", NULL},
     SCENE_LAW_FEATURES(OF_LAW)
     {"a distributed load that follows", NULL, follows_along,
-     "yyyyy yyy yyyy yy y", NULL},
+     "yyyyy yy yyyy yy y", NULL},
     {"a load at the tip that follows", NULL, follows_at_tip,
-     "yyyyy yyy yyyy yy y", NULL},
+     "yyyyy yy yyyy yy y", NULL},
     {"a tapered rod", NULL, tapered,
-     "yyyyy yyy yyyy yy y", NULL},
+     "yyyyy yy yyyy yy y", NULL},
     {"a rest shape", NULL, resting,
-     "yyyyy yyy yyyy yy y", NULL},
+     "yyyyy yy yyyy yy y", NULL},
     {"an imperfection", NULL, imperfect,
-     "yyyyy yyy mmmm mm m", "it goes as the loads of a rod at rest grow"},
+     "yyyyy yy mmmm mm m", "it goes as the loads of a rod at rest grow"},
     {"damping of the material", NULL, damped,
-     "ooooo ooo yyyy yy y", NULL},
+     "ooooo oo yyyy yy y", NULL},
     {"a rod that shears without rotary inertia", NULL, shears_freely,
-     "ooooo ooo yyyx xx x", NULL},
+     "ooooo oo yyyx xx x", NULL},
     {"a rod without shear and rotary inertia", NULL, turns_freely,
-     "ommoo ooo ymmy xy y", OF_STRAINS},
+     "ommoo oo ymmy xy y", OF_STRAINS},
     {"a given state at t = 0", NULL, begins,
-     "mmmmm mmm yyyy yy y", at_rest},
+     "mmmmm mm yyyy yy y", at_rest},
     {"equilibrium at t = 0", NULL, settles,
-     "mmmmm mmm yyyy yy y", at_rest},
+     "mmmmm mm yyyy yy y", at_rest},
     {"a formula of time", NULL, timed,
-     "mmmmm mmm yyyy yy m", at_rest},
+     "mmmmm mm yyyy yy m", at_rest},
     {"soft conditions", NULL, soft,
-     "yyymm ooo yyym oo o", "its shapes meet the conditions exactly"},
+     "yyymm oo yyym oo o", "its shapes meet the conditions exactly"},
     {"a parameter with a range", NULL, ranged,
-     "yyyyy yyy yyyx yy y", NULL},
+     "yyyyy yy yyyx yy y", NULL},
     {"a length or place with a range", NULL, ranged_place,
-     "yxxyy yyy xxxx xx x", NULL},
+     "yxxyy yy xxxx xx x", NULL},
     {"a parameter to be identified", NULL, unknown,
-     "yyyxx yyy xxxx yy x", NULL},
+     "yyyxx yy xxxx yy x", NULL},
     {"measured data", "data", never, /* the last: support_check_data */
-     "yyyxx yyy yyyx yy x", NULL},
+     "yyyxx yy yyyx yy x", NULL},
 };
 /* clang-format on */
 enum { FEATURES = sizeof features / sizeof features[0] };
@@ -580,8 +580,8 @@ static bool is_refused(int feature, support_form form)
     return answer == SUPPORT_NOT_BUILT || answer == SUPPORT_IMPOSSIBLE;
 }
 
-/* Forms at rest or in motion that take a feature, of this kind if there are any: "method
- * collocation, strain"; "": none does. */
+/* Forms at rest or in motion that take a feature, of this kind if there are any: "formulation
+ * mixed, displacement"; "": none does. */
 static void list_forms(int feature, bool moves, form_kind kind, char *text, size_t size)
 {
     bool same = false;

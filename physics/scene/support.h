@@ -19,7 +19,6 @@
     X(SUPPORT_FAMILY, "strain family", "formulation strain of a family", NETWORK, false)           \
     X(SUPPORT_EXPORT, "its exported C", "the exported C of a family", EXPORT, false)               \
     X(SUPPORT_COLLOCATION, "collocation", "method collocation", SOLVER, false)                     \
-    X(SUPPORT_STRAIN_SOLVER, "strain solver", "method strain", SOLVER, false)                      \
     X(SUPPORT_PATH, "path", "a path of equilibria", PATH, false)                                   \
     X(SUPPORT_MIXED_MOTION, "mixed", "formulation mixed", NETWORK, true)                           \
     X(SUPPORT_DISPLACEMENT_MOTION, "displacement", "formulation displacement", NETWORK, true)      \

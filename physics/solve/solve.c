@@ -40,7 +40,7 @@ solve_settings solve_settings_default(const scene *rod_scene)
 
 const char *const *solve_method_names(void)
 {
-    static const char *const names[] = {"collocation", "strain", "modes", NULL};
+    static const char *const names[] = {"collocation", "modes", NULL};
     return names;
 }
 
@@ -69,7 +69,6 @@ static ad_status solve_rod_scene(solution *solution, const scene *rod_scene,
     if (status != AD_OK) {
         return status;
     }
-    solution->rod->method = settings->method;
     if (!solution->rod->dynamic) {
         return static_solve(solution->rod, settings, &solution->at_rest, report, error);
     }
@@ -123,10 +122,9 @@ ad_status solve_check(const scene *rod_scene, const solve_settings *settings, bo
                       const char **key, ad_error *error)
 {
     const bool moves = scene_is_dynamic(rod_scene);
-    const support_form form = settings->method == SOLVE_STRAIN  ? SUPPORT_STRAIN_SOLVER
-                              : settings->method == SOLVE_MODES ? SUPPORT_MODES
-                              : moves                           ? SUPPORT_NODES
-                                                                : SUPPORT_COLLOCATION;
+    const support_form form = settings->method == SOLVE_MODES ? SUPPORT_MODES
+                              : moves                         ? SUPPORT_NODES
+                                                              : SUPPORT_COLLOCATION;
     ad_status status = support_check(rod_scene, form, key, error);
     return status == AD_OK && (path || settings->branch > 0)
                ? support_check(rod_scene, SUPPORT_PATH, key, error)

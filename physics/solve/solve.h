@@ -1,8 +1,7 @@
 /* Classical solutions of a scene, without a network: the face of the library cpinn_solve.
  *
- * Rods at rest: collocation at Gauss points along the rod, of position, rotation, force and moment
- * or of the curvature alone (SOLVE_STRAIN), with Newton's method and continuation of the loads from
- * 0. Many at once, with parameters that differ, are solved by physics/chain/solve_members.h. Rods
+ * Rods at rest: collocation at Gauss points along the rod, of position, rotation, force and moment,
+ * with Newton's method and continuation of the loads from 0. Many at once, with parameters that differ, are solved by physics/chain/solve_members.h. Rods
  * in motion: spectral elements between places where something jumps. Steps of time are by
  * Runge-Kutta: implicit where the motion is slow, or composed of free motion and forces where every
  * vibration has to be followed, as after a sudden load. Or a few modes of the strains

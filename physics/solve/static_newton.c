@@ -3,7 +3,6 @@
 #include "physics/local/solve_vector.h"
 #include "physics/solve/static_friction.h"
 #include "physics/solve/static_tension.h"
-#include "physics/solve/strain_newton.h"
 
 #include <kinsol/kinsol.h>
 #include <math.h>
@@ -25,7 +24,6 @@ struct static_newton {
     N_Vector y, ones;
     double *right, *step, *moved;
     static_friction *friction; /* NULL: no tendon has any */
-    strain_newton *strain;     /* of the method that is asked for; NULL: KINSOL */
 };
 
 /* ---- what KINSOL calls --------------------------------------------------------------------- */
@@ -142,13 +140,6 @@ ad_status static_newton_create(static_system *system, static_newton **result, ad
         static_newton_free(newton);
         return ad_fail(error, AD_NO_MEMORY, "out of memory for the friction of tendons");
     }
-    if (system->rod->method == SOLVE_STRAIN) {
-        ad_status status = strain_newton_create(system, &newton->strain, error);
-        if (status != AD_OK) {
-            static_newton_free(newton);
-            return status;
-        }
-    }
     *result = newton;
     return AD_OK;
 }
@@ -157,7 +148,6 @@ void static_newton_free(static_newton *newton)
 {
     if (newton) {
         static_friction_free(newton->friction);
-        strain_newton_free(newton->strain);
         KINFree(&newton->kinsol);
         if (newton->y) {
             N_VDestroy(newton->y);
@@ -210,9 +200,6 @@ static bool solve_pulled(void *context, double *y, long *steps)
     static_newton *newton = context;
     double size = fmax(1, static_newton_largest(newton->unknowns, y));
     long taken = 0;
-    if (newton->strain) {
-        return strain_newton_solve(newton->strain, y, steps);
-    }
     KINSetFuncNormTol(newton->kinsol, RESIDUAL * size);
     KINSetScaledStepTol(newton->kinsol, 1e-14);
     N_VSetArrayPointer(y, newton->y);
@@ -225,12 +212,6 @@ static bool solve_pulled(void *context, double *y, long *steps)
 static void step_pulled(void *context, const double *y, double *moved)
 {
     static_newton *newton = context;
-    if (newton->strain) { /* all the way */
-        long steps = 0;
-        memcpy(moved, y, newton->unknowns * sizeof *moved);
-        strain_newton_solve(newton->strain, moved, &steps);
-        return;
-    }
     static_system_residual(newton->system, y, newton->right);
     solve_elements_solve(&newton->system->mesh, newton->right, newton->step);
     for (size_t i = 0; i < newton->unknowns; i++) {

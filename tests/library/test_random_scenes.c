@@ -1,11 +1,10 @@
 /* Random scenes at rest that jump or are narrow along the rod: the error is within ten times its
  * estimate, or there is a warning.
  *
- *   test_library random_scenes [COUNT [FIRST [network | strain]]]
+ *   test_library random_scenes [COUNT [FIRST [network]]]
  *
  * COUNT scenes, of seeds from FIRST on, by the solver, or by networks of the default recipe, whose
- * error is to be below 1e-8, or rods alone by the strain form; without arguments as many as take
- * some seconds, and some of these by the strain form, which takes longer. */
+ * error is to be below 1e-8; without arguments as many as take some seconds. */
 #include "fewer.h"
 #include "random_scenes.h"
 
@@ -122,12 +121,10 @@ static void judge(outcome *result, const verdict *said, ad_status status, const 
 }
 
 /* values [COLUMNS][count] at s [count]. */
-static outcome solve(const random_scene *x, solve_method method, int count, const double *s,
-                     double *values)
+static outcome solve(const random_scene *x, int count, const double *s, double *values)
 {
     outcome result = {.error = 0};
     solve_settings settings = solve_settings_default(&x->scene);
-    settings.method = method;
     solve_report report = solve_report_blank();
     solution *found = NULL;
     verdict said = {0};
@@ -173,12 +170,11 @@ static outcome train(const random_scene *x, int count, const double *s, double *
     return result;
 }
 
-static outcome run(const random_scene *x, bool by_network, solve_method method)
+static outcome run(const random_scene *x, bool by_network)
 {
     double s[SAMPLES + 1] = {0}, values[COLUMNS * (SAMPLES + 1)];
     int count = places_of(x, s + 1);
-    outcome result =
-        by_network ? train(x, count + 1, s, values) : solve(x, method, count + 1, s, values);
+    outcome result = by_network ? train(x, count + 1, s, values) : solve(x, count + 1, s, values);
     if (result.solved && result.whole) {
         compare(x, values, count, s + 1, &result);
     }
@@ -193,52 +189,37 @@ static bool is_silent(const outcome *x)
     return !x->solved || (!x->warned && !known);
 }
 
-typedef enum way { BY_SOLVER, BY_NETWORK, BY_STRAIN, WAYS } way;
-
 /* Whether too many of them are silent or warned. */
-static bool judge_scenes(way by, int first, int count)
+static bool judge_scenes(bool by_network, int first, int count)
 {
-    static const char *const names[WAYS] = {"solver", "network", "strain"};
-    int silent = 0, warned = 0, refused = 0;
+    int silent = 0, warned = 0;
     double worst = 0, balance = 0;
     for (int i = first; i < first + count; i++) {
         bool is_beam = i % 3 == 0;
-        if (is_beam && by == BY_STRAIN) {
-            continue;
-        }
         random_scene *x = random_scene_create((uint64_t)i, is_beam);
-        outcome result = run(x, by == BY_NETWORK, by == BY_STRAIN ? SOLVE_STRAIN : 0);
-        if (by == BY_STRAIN && strstr(result.text, "the strain form would need")) {
-            refused++;
-        } else {
-            if (is_silent(&result) || result.warned) {
-                printf("%s: scene %d: error %.2g, estimate %.2g, balance %.2g, %d nodes%s: %s\n  ",
-                       is_silent(&result) ? "silent" : "warned", i, result.error, result.estimate,
-                       result.balance, result.nodes, result.shot ? "" : ", not shot", result.text);
-                random_scene_describe(x, stdout);
-                fflush(stdout);
-            }
-            silent += is_silent(&result);
-            warned += result.warned;
-            worst = fmax(worst, result.warned ? 0 : result.error);
-            balance = fmax(balance, result.warned ? 0 : result.balance);
+        outcome result = run(x, by_network);
+        if (is_silent(&result) || result.warned) {
+            printf("%s: scene %d: error %.2g, estimate %.2g, balance %.2g, %d nodes%s: %s\n  ",
+                   is_silent(&result) ? "silent" : "warned", i, result.error, result.estimate,
+                   result.balance, result.nodes, result.shot ? "" : ", not shot", result.text);
+            random_scene_describe(x, stdout);
+            fflush(stdout);
         }
+        silent += is_silent(&result);
+        warned += result.warned;
+        worst = fmax(worst, result.warned ? 0 : result.error);
+        balance = fmax(balance, result.warned ? 0 : result.balance);
         random_scene_free(x);
     }
-    printf("%d scenes by %s: %d silent, %d warned, %d refused, largest error of the others %.2g, "
-           "balance %.2g\n",
-           count, names[by], silent, warned, refused, worst, balance);
-    return silent > 0 || (warned > WARNED_MAX * count && by != BY_NETWORK);
+    printf("%d scenes by %s: %d silent, %d warned, largest error of the others %.2g, balance "
+           "%.2g\n",
+           count, by_network ? "network" : "solver", silent, warned, worst, balance);
+    return silent > 0 || (warned > WARNED_MAX * count && !by_network);
 }
 
 int main(int arguments, char **argument)
 {
     int count = arguments > 1 ? atoi(argument[1]) : FEWER(24);
     int first = arguments > 2 ? atoi(argument[2]) : 1;
-    if (arguments > 3) {
-        return judge_scenes(strcmp(argument[3], "network") == 0 ? BY_NETWORK : BY_STRAIN, first,
-                            count);
-    }
-    bool bad = judge_scenes(BY_SOLVER, first, count);
-    return (arguments == 1 && judge_scenes(BY_STRAIN, first, count / 6)) || bad;
+    return judge_scenes(arguments > 3, first, count);
 }

@@ -356,9 +356,8 @@ static ad_status by_solver(const scene *given, support_form form, const settings
     scene_middle(given, &of);
     const bool moves = scene_is_dynamic(&of), path = form == SUPPORT_PATH;
     const solve_settings asked = {.tolerance = moves ? 1e-5 : 1e-9,
-                                  .method = form == SUPPORT_STRAIN_SOLVER ? SOLVE_STRAIN
-                                            : form == SUPPORT_MODES       ? SOLVE_MODES
-                                                                          : SOLVE_COLLOCATION};
+                                  .method =
+                                      form == SUPPORT_MODES ? SOLVE_MODES : SOLVE_COLLOCATION};
     const double times[1] = {duration};
     const char *key = "";
     ad_error reason;
@@ -577,9 +576,8 @@ static double distance(const outcome *a, const outcome *b)
 /* The form that others are compared with. */
 static support_form trusted_of(int feature, bool moves)
 {
-    static const support_form of[2][3] = {
-        {SUPPORT_COLLOCATION, SUPPORT_STRAIN_SOLVER, SUPPORT_MIXED},
-        {SUPPORT_NODES, SUPPORT_MODES, SUPPORT_MIXED_MOTION}};
+    static const support_form of[2][3] = {{SUPPORT_COLLOCATION, SUPPORT_MIXED, SUPPORT_MIXED},
+                                          {SUPPORT_NODES, SUPPORT_MODES, SUPPORT_MIXED_MOTION}};
     for (int i = 0; i < 3; i++) {
         if (support_of(feature, of[moves][i]) == SUPPORT_TAKEN ||
             support_of(feature, of[moves][i]) == SUPPORT_WITHOUT_EFFECT) {

@@ -568,9 +568,6 @@ static void test_no_memory(void **state)
     const solve_settings rough = {.tolerance = 1e-3};
     assert_int_equal(prepare_read("configs/elastica.yaml", NULL, 0, NULL, &settings, NULL), AD_OK);
     check_no_memory(&settings->scene, &rough, 0, NULL, 20, 7);
-    solve_settings strain = rough;
-    strain.method = SOLVE_STRAIN;
-    check_no_memory(&settings->scene, &strain, 0, NULL, 20, 7);
     config_free(settings);
 }
 

@@ -449,8 +449,7 @@ int main(int argc, char **argv)
         return status;
     }
     if (!find_method(o)) {
-        return cli_fail(program, "--method %s; allowed: collocation, strain, modes",
-                        o->method_name);
+        return cli_fail(program, "--method %s; allowed: collocation, modes", o->method_name);
     }
     if (!read_modes(o)) {
         return cli_fail(program,
@@ -463,12 +462,6 @@ int main(int argc, char **argv)
     }
     if (o->method != SOLVE_MODES && o->from) {
         return cli_fail(program, "--from is given; allowed: with --method modes");
-    }
-    if (o->method == SOLVE_STRAIN && o->work_precision) {
-        return cli_fail(program,
-                        "--method %s and --work-precision are given; allowed: one of the "
-                        "two",
-                        o->method_name);
     }
     if ((o->nodes > 0 || o->mode_counts || o->from) && o->work_precision) {
         return cli_fail(program, "--%s and --work-precision are given; allowed: one of the two",
