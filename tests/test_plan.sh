@@ -73,6 +73,26 @@ said stdout.txt '^the tip reaches goal 3 of 3, but no such shape '
 said stdout.txt '^warning \(none_found\): goal 2 of 3 is out of reach: the tip comes to [0-9.]+ mm of it at nearest$'
 run 3 cpinn-plan lumen.yaml --set plan.goal.direction=[1,0,0]
 said stdout.txt 'the goal is out of reach: the tip comes to [0-9.]+ mm of it and [0-9.]+ rad of its direction at nearest$'
+# A roadmap in a file, for this surface and others.
+map=(lumen.yaml --set plan.roadmap.file=map.h5 --set plan.roadmap.nodes=100)
+run 0 cpinn-plan "${map[@]}"
+said stdout.txt '^roadmap of 100 nodes and [0-9]+ edges, made, '
+cp map.h5 kept.h5
+run 0 cpinn-plan "${map[@]}"
+said stdout.txt '^roadmap of 100 nodes and [0-9]+ edges, from its file, '
+run 0 cpinn-plan "${map[@]}" --set plan.environment.position=[0,0,0.001]
+said stdout.txt '^roadmap of .* edges, of another surface: its ways are looked at again, '
+run 0 cpinn-plan "${map[@]}" --set plan.clearance=0.004
+said stdout.txt '^roadmap of .* edges, of less clearance: its ways are looked at again, '
+run 0 cpinn-plan "${map[@]}" --set rod.material.youngs_modulus=61e9
+said stdout.txt '^roadmap of .* edges, of another robot or network: its ways are looked at again, '
+run 0 cpinn-plan "${map[@]}" --set plan.environment.side=any --json -
+said stdout.txt '"roadmap": \{"file": ".*map.h5", "nodes": 100, "edges": [0-9]+, "is": "of another surface'
+check "the roadmap stays as it is" -- cmp map.h5 kept.h5
+refused 'plan\.roadmap\.file: .*map\.h5: is a roadmap of other variables: pull_1 0 to 4, .*; allowed: pull_1 0 to 4' \
+    cpinn-plan "${map[@]}" --set plan.slide=[-0.15,0.06]
+refused 'plan\.roadmap\.file: .*lumen\.obj' cpinn-plan "${map[@]}" --set plan.roadmap.file=lumen.obj
+refused 'plan\.roadmap\.nodes: is 1, which is out of range; allowed: a whole number 10 to' cpinn-plan "${map[@]}" --set plan.roadmap.nodes=1
 if ! watched; then
     for planner in rrt_star prm; do
         run 0 cpinn-plan lumen.yaml --set plan.planner=$planner --set plan.states=3000

@@ -131,4 +131,77 @@ static inline double try_way(robot *r, const environment *of, const certificate 
     return worst;
 }
 
+/* ---- searches -------------------------------------------------------------------------------- */
+
+static inline ad_status by_solver(void *context, const double *parameters, double *values,
+                                  ad_error *error)
+{
+    solve_member said;
+    return solve_members_solve(context, 1, parameters, values, &said, error);
+}
+
+static inline void add_box(mesh *m, const double low[3], const double high[3])
+{
+    static const size_t quads[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
+                                       {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+    const size_t first = m->corners;
+    for (int i = 0; i < 8; i++) {
+        mesh_corner(m, i & 1 ? high[0] : low[0], i & 2 ? high[1] : low[1],
+                    i & 4 ? high[2] : low[2]);
+    }
+    for (int i = 0; i < 6; i++) {
+        const size_t *const q = quads[i];
+        mesh_triangle(m, first + q[0], first + q[1], first + q[2]);
+        mesh_triangle(m, first + q[0], first + q[2], first + q[3]);
+    }
+}
+
+/* A solver for searches, at 41 points s along the 0.2 m. */
+static inline solve_members *quick_solver(const robot *of, double *s)
+{
+    for (int k = 0; k <= 40; k++) {
+        s[k] = 0.005 * k;
+    }
+    const solve_members_settings members = {.tolerance = 1e-6, .threads = 1, .points = 41, .s = s};
+    solve_members *quick = NULL;
+    assert_int_equal(solve_members_create(&of->owner->scene, &members, &quick, NULL), AD_OK);
+    return quick;
+}
+
+/* A robot with what its searches and its certificates need, and one with more points. */
+typedef struct mover {
+    robot exact, fine;
+    double s[41];
+    solve_members *quick;
+} mover;
+
+static inline void open_mover(mover *m, bool base)
+{
+    m->exact = make_robot(base);
+    m->fine = make_robot(base);
+    open_robot(&m->exact, 61);
+    open_robot(&m->fine, 181);
+    m->quick = quick_solver(&m->exact, m->s);
+}
+
+static inline void close_mover(mover *m)
+{
+    solve_members_free(m->quick);
+    free_robot(&m->exact);
+    free_robot(&m->fine);
+}
+
+/* A wall across the square at x = 1 with a gap, or none. */
+typedef struct square {
+    double gap;
+    size_t asked;
+} square;
+
+static inline bool in_square(void *context, const double *q)
+{
+    square *const s = context;
+    s->asked++;
+    return fabs(q[0] - 1) > 0.2 || (q[1] > 2 && q[1] < 2 + s->gap);
+}
+
 #endif

@@ -7,19 +7,6 @@
 
 /* ---- planners -------------------------------------------------------------------------------- */
 
-/* A wall across the square at x = 1 with a gap, or none. */
-typedef struct square {
-    double gap;
-    size_t asked;
-} square;
-
-static bool in_square(void *context, const double *q)
-{
-    square *const s = context;
-    s->asked++;
-    return fabs(q[0] - 1) > 0.2 || (q[1] > 2 && q[1] < 2 + s->gap);
-}
-
 static void planners(void **state)
 {
     (void)state;
@@ -164,46 +151,12 @@ static void tips(void **state)
 
 /* ---- a way ----------------------------------------------------------------------------------- */
 
-static ad_status by_solver(void *context, const double *parameters, double *values, ad_error *error)
-{
-    solve_member said;
-    return solve_members_solve(context, 1, parameters, values, &said, error);
-}
-
-static void add_box(mesh *m, const double low[3], const double high[3])
-{
-    static const size_t quads[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
-                                       {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
-    const size_t first = m->corners;
-    for (int i = 0; i < 8; i++) {
-        mesh_corner(m, i & 1 ? high[0] : low[0], i & 2 ? high[1] : low[1],
-                    i & 4 ? high[2] : low[2]);
-    }
-    for (int i = 0; i < 6; i++) {
-        const size_t *const q = quads[i];
-        mesh_triangle(m, first + q[0], first + q[1], first + q[2]);
-        mesh_triangle(m, first + q[0], first + q[2], first + q[3]);
-    }
-}
-
 /* A post that stands where the robot would go straight to its goal. */
 static mesh post(void)
 {
     mesh m = mesh_make(8, 12);
     add_box(&m, (const double[3]){0.05, -0.006, 0.1}, (const double[3]){0.06, 0.006, 0.25});
     return m;
-}
-
-/* A solver for searches, at 41 points s along the 0.2 m. */
-static solve_members *quick_solver(const robot *of, double *s)
-{
-    for (int k = 0; k <= 40; k++) {
-        s[k] = 0.005 * k;
-    }
-    const solve_members_settings members = {.tolerance = 1e-6, .threads = 1, .points = 41, .s = s};
-    solve_members *quick = NULL;
-    assert_int_equal(solve_members_create(&of->owner->scene, &members, &quick, NULL), AD_OK);
-    return quick;
 }
 
 static void around_a_post(void **state)
@@ -226,7 +179,7 @@ static void around_a_post(void **state)
     settings.start_count = settings.goal.count = 3;
     settings.goal.actuators[0] = 4.5;
     const way_shapes shapes = {by_solver, quick, 41, SOLVE_MEMBERS_COLUMNS, s, 2e-7};
-    const way_problem problem = {&settings, of, grid, r.exact, &shapes};
+    const way_problem problem = {&settings, of, grid, r.exact, &shapes, NULL};
     char key[PLAN_KEY] = "";
     ad_error error = {.message = ""};
     way found, again;
@@ -280,29 +233,6 @@ static void around_a_post(void **state)
 
 enum { BOXES = 12, WAYS = 6 };
 
-/* A robot with what its searches and its certificates need, and one with more points. */
-typedef struct mover {
-    robot exact, fine;
-    double s[41];
-    solve_members *quick;
-} mover;
-
-static void open_mover(mover *m, bool base)
-{
-    m->exact = make_robot(base);
-    m->fine = make_robot(base);
-    open_robot(&m->exact, 61);
-    open_robot(&m->fine, 181);
-    m->quick = quick_solver(&m->exact, m->s);
-}
-
-static void close_mover(mover *m)
-{
-    solve_members_free(m->quick);
-    free_robot(&m->exact);
-    free_robot(&m->fine);
-}
-
 static environment *open_boxes(uint64_t *random)
 {
     mesh m = mesh_make(8 * BOXES, 12 * BOXES);
@@ -334,7 +264,7 @@ static way_end random_way(mover *of, int number, int shapes, double *worst)
     settings.states = 10000;
     settings.seed = number;
     const way_shapes shapes_of = {by_solver, of->quick, 41, SOLVE_MEMBERS_COLUMNS, of->s, 2e-7};
-    const way_problem problem = {&settings, boxes, grid, of->exact.exact, &shapes_of};
+    const way_problem problem = {&settings, boxes, grid, of->exact.exact, &shapes_of, NULL};
     way found = {.end = WAY_NOT_TRIED};
     ad_status status = AD_BAD_INPUT;
     for (int k = 0; k < 200 && status == AD_BAD_INPUT; k++) { /* until both are free */

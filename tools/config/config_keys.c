@@ -389,6 +389,8 @@ const config_key config_keys[] = {
      .count_offset = offsetof(config, plan.start_count), ANY, .unit = "of the actuator"},
     PLAN_GOAL_KEYS("plan.goal.", plan.goal.)
     PLAN_GOAL_KEYS("plan.goals[].", plan.goals[0].)
+    {"plan.roadmap.file", CONFIG_TEXT, AT(plan.roadmap)},
+    {"plan.roadmap.nodes", CONFIG_INTEGER, AT(plan.roadmap_nodes), BETWEEN(10, 1e6)},
     {"plan.planner", CONFIG_CHOICE, AT(plan.method), .names = plan_method_names},
     {"plan.states", CONFIG_INTEGER, AT(plan.states), BETWEEN(100, 1e9)},
     {"plan.seed", CONFIG_LONG, AT(plan.seed), BETWEEN(0, 4294967295)},

@@ -274,6 +274,7 @@ static ad_status resolve_files(config *experiment, ad_error *error)
                  {"control.task.file", &experiment->control.task.file},
                  {"plan.environment.file", &experiment->plan.environment.file},
                  {"optimize.environment.file", &experiment->optimize.environment.file},
+                 {"plan.roadmap.file", &experiment->plan.roadmap},
                  {"optimize.file", &experiment->optimize.file}};
     for (size_t i = 0; status == AD_OK && i < sizeof files / sizeof *files; i++) {
         status = config_absolute(experiment, files[i].path, files[i].file, error);

@@ -12,6 +12,7 @@ plan_settings plan_settings_default(void)
                             .slide = {NAN, NAN},
                             .turn = {NAN, NAN},
                             .goal = goal,
+                            .roadmap_nodes = 2000,
                             .states = 200000,
                             .seed = 1};
     for (int k = 0; k < PLAN_GOALS_MAX; k++) {

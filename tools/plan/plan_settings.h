@@ -44,6 +44,8 @@ typedef struct plan_settings {
     double start[PLAN_VARIABLES_MAX]; /* actuators, slide, turn */
     plan_goal goal;
     plan_goal goals[PLAN_GOALS_MAX]; /* [goal_count], in place of one; in this order */
+    const char *roadmap; /* a file in place of the method; absolute once read, NULL: none */
+    int roadmap_nodes;
     plan_method method;
     int states; /* that are tried at most, for each goal */
     int64_t seed;

@@ -23,9 +23,10 @@ typedef struct finder {
     way *to;
     const plan_goal *goals; /* [to->goals] */
     place start, at[PLAN_GOALS_MAX];
-    double room;        /* m, the least that start and goal have beyond what is promised */
-    double unknown;     /* what unknown parameters take off there at most */
-    double needed;      /* of the rod from the surface, in the search */
+    double room;    /* m, the least that start and goal have beyond what is promised */
+    double unknown; /* what unknown parameters take off there at most */
+    double needed;  /* of the rod from the surface, in the search */
+    roadmap map;
     double *values, *r; /* [points][columns], [points][3] */
     ad_error *error;
     ad_status status; /* of what fails within a planner */
@@ -241,30 +242,62 @@ static double margin(const finder *f, int search)
     return f->of->shapes->error + fmin(f->unknown + ldexp(wanted, search), 0.8 * f->room);
 }
 
+static ompl_search search_of(finder *f, int search, int goal, size_t states)
+{
+    const plan_settings *const s = f->of->settings;
+    f->needed = s->radius + s->clearance + margin(f, search);
+    return (ompl_search){.count = f->robot->count,
+                         .low = f->robot->low,
+                         .high = f->robot->high,
+                         .is_free = is_free,
+                         .context = f,
+                         .step = ldexp(0.02, -search),
+                         .method = s->method,
+                         .states = states,
+                         .seed = s->seed + search,
+                         .start = f->start.q,
+                         .goals = f->to->goal[goal].count,
+                         .goal = f->at[goal].q};
+}
+
+/* With as much room as any search wants at first. */
+static ad_status open_roadmap(finder *f, char key[PLAN_KEY])
+{
+    const double start = train_seconds();
+    if (!f->of->roadmap) {
+        return AD_OK;
+    }
+    snprintf(key, PLAN_KEY, "plan.roadmap.file");
+    f->room = INFINITY;
+    f->unknown = f->start.unknown;
+    for (int k = 0; k < f->to->goals; k++) {
+        f->unknown = fmax(f->unknown, f->at[k].unknown);
+    }
+    const ompl_search how = search_of(f, 0, 0, 0);
+    const ad_status status =
+        roadmap_open(f->of->roadmap, f->robot, &how, f->needed, &f->status, &f->map, f->error);
+    f->to->source = f->map.source;
+    f->to->nodes = f->map.nodes;
+    f->to->edges = f->map.edges;
+    f->to->seconds_roadmap = train_seconds() - start;
+    return status;
+}
+
 /* From the start to a goal: the certificate of the last way that was found; NULL: none was. */
 static ad_status search(finder *f, int goal, certificate **result)
 {
-    const plan_settings *const s = f->of->settings;
-    const size_t states = (size_t)s->states, before = f->to->looked;
+    const size_t states = (size_t)f->of->settings->states, before = f->to->looked;
     size_t corners = 0;
     for (int k = 0; k < SEARCHES_MAX && f->to->looked - before < states; k++) {
-        f->needed = s->radius + s->clearance + margin(f, k);
-        const ompl_search asked = {.count = f->robot->count,
-                                   .low = f->robot->low,
-                                   .high = f->robot->high,
-                                   .is_free = is_free,
-                                   .context = f,
-                                   .step = ldexp(0.02, -k),
-                                   .method = s->method,
-                                   .states = states - (f->to->looked - before),
-                                   .seed = s->seed + k,
-                                   .start = f->start.q,
-                                   .goals = f->to->goal[goal].count,
-                                   .goal = f->at[goal].q};
+        const bool by_map = f->map.map && k == 0; /* later ones want more room than it knows of */
+        const size_t left = states - (f->to->looked - before);
+        const ompl_search asked = search_of(f, k, goal, by_map ? left / 4 : left);
         double *found = NULL;
         size_t length = 0, looked = 0;
         const double start = train_seconds();
-        ad_status status = ompl_find(&asked, &found, &length, &looked, f->error);
+        ad_status status =
+            by_map ? roadmap_find(&f->map, &asked, f->needed, &found, &length, &looked, f->error)
+                   : ompl_find(&asked, &found, &length, &looked, f->error);
         const double middle = train_seconds();
         status = status == AD_OK ? f->status : status;
         f->to->looked += looked;
@@ -345,7 +378,9 @@ ad_status way_find(const way_problem *problem, way *result, char key[PLAN_KEY], 
     for (int k = result->goals; k-- > 0 && !all;) {
         result->end = result->goal[k].count == 0 ? result->goal[k].end : result->end;
     }
+    status = status == AD_OK && all ? open_roadmap(f, key) : status;
     status = status == AD_OK && all ? go(f) : status;
+    roadmap_close(&f->map);
     free(f->values);
     free(f->r);
     free(f);

@@ -5,6 +5,7 @@
 
 #include "tools/environment/distance_grid.h"
 #include "tools/plan/certificate.h"
+#include "tools/plan/roadmap.h"
 
 /* Who says what shapes are in the search. */
 typedef struct way_shapes {
@@ -23,6 +24,7 @@ typedef struct way_problem {
     const distance_grid *grid;
     plan_exact *exact;
     const way_shapes *shapes;
+    const roadmap_settings *roadmap; /* to search in; NULL: by the settings' method */
 } way_problem;
 
 typedef enum way_end {
@@ -49,7 +51,9 @@ typedef struct way {
     size_t looked;                 /* configurations in all searches */
     size_t corners;                /* of the way that was found */
     int searches;
-    double seconds_search, seconds_certificate;
+    double seconds_search, seconds_certificate, seconds_roadmap;
+    roadmap_source source; /* of a roadmap */
+    size_t nodes, edges;
 } way;
 
 /* AD_BAD_INPUT: `key` receives what is to blame: a start or a goal beyond the ranges, or a start or

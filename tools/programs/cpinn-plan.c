@@ -1,6 +1,7 @@
 /* cpinn-plan: a way of a robot among surfaces, with its certificate; see --help. */
 #include "physics/numerics/sampling.h"
 #include "tools/config/config.h"
+#include "tools/files/checkpoint.h"
 #include "tools/files/json.h"
 #include "tools/files/shapes_vtk.h"
 #include "tools/library/cpinn.h"
@@ -187,14 +188,48 @@ static ad_status open_environment(planning *p, ad_error *error)
                : status;
 }
 
+/* What a roadmap depends on, beside its variables and how near it goes to the surface. */
+static ad_status seal(const planning *p, roadmap_settings *of, ad_error *error)
+{
+    const plan_settings *const s = &p->read->plan;
+    const int side = (int)s->environment.side;
+    char *text = NULL;
+    size_t size = 0;
+    FILE *const file = open_memstream(&text, &size);
+    ad_status status = file ? config_write_physics(p->read, file)
+                            : ad_fail(error, AD_NO_MEMORY, "out of memory for a roadmap");
+    if (file && fclose(file) != 0 && status == AD_OK) {
+        status = ad_fail(error, AD_NO_MEMORY, "out of memory for a roadmap");
+    }
+    if (status == AD_OK) {
+        const uint64_t first = checkpoint_hash(CHECKPOINT_HASH_START, text, size);
+        uint64_t shapes = checkpoint_hash(first, p->robot.fixed,
+                                          (size_t)p->robot.parameters * sizeof *p->robot.fixed);
+        shapes = checkpoint_hash(shapes, &s->from, sizeof s->from);
+        *of = (roadmap_settings){
+            .file = s->roadmap,
+            .nodes = (size_t)s->roadmap_nodes,
+            .surface =
+                checkpoint_hash(environment_surface(p->environment)->hash, &side, sizeof side),
+            .shapes = checkpoint_hash(shapes, &p->shapes.error, sizeof p->shapes.error)};
+    }
+    free(text);
+    return status;
+}
+
 static ad_status find(planning *p, ad_error *error)
 {
     char key[PLAN_KEY] = "plan";
+    roadmap_settings kept = {.file = NULL};
+    if (p->read->plan.roadmap && seal(p, &kept, error) != AD_OK) {
+        return error->status;
+    }
     const way_problem problem = {.settings = &p->read->plan,
                                  .environment = p->environment,
                                  .grid = p->grid,
                                  .exact = p->exact,
-                                 .shapes = &p->shapes};
+                                 .shapes = &p->shapes,
+                                 .roadmap = kept.file ? &kept : NULL};
     const ad_status status = way_find(&problem, &p->way, key, error);
     if (status == AD_BAD_INPUT) {
         return refuse(p, key, error->message, error);
@@ -261,6 +296,13 @@ static void print_head(const planning *p)
            1e3 * p->grid->cell, p->grid->was_kept ? "from its file" : "made", p->by);
 }
 
+static const char *const sources[] = {
+    [ROADMAP_MADE] = "made",
+    [ROADMAP_KEPT] = "from its file",
+    [ROADMAP_OTHER_SURFACE] = "of another surface: its ways are looked at again",
+    [ROADMAP_OTHER_SHAPES] = "of another robot or network: its ways are looked at again",
+    [ROADMAP_NEARER] = "of less clearance: its ways are looked at again"};
+
 static void print_way(const planning *p)
 {
     const way *const w = &p->way;
@@ -271,6 +313,10 @@ static void print_way(const planning *p)
     }
     if (w->searches == 0) {
         return;
+    }
+    if (p->read->plan.roadmap) {
+        printf("roadmap of %zu nodes and %zu edges, %s, %.3g s\n", w->nodes, w->edges,
+               sources[w->source], w->seconds_roadmap);
     }
     size_t ends = 0;
     for (int k = 0; k < w->goals; k++) {
@@ -314,6 +360,15 @@ static ad_status write_json(const void *of, ad_error *error)
     }
     json_close(&to, ']');
     if (w->searches) {
+        if (p->read->plan.roadmap) {
+            json_open(&to, "roadmap", '{');
+            json_text(&to, "file", p->read->plan.roadmap);
+            json_integer(&to, "nodes", (int64_t)w->nodes);
+            json_integer(&to, "edges", (int64_t)w->edges);
+            json_text(&to, "is", sources[w->source]);
+            json_number(&to, "seconds", w->seconds_roadmap);
+            json_close(&to, '}');
+        }
         json_open(&to, "search", '{');
         json_text(&to, "by", p->family ? "network" : "solver");
         json_number(&to, "error", p->shapes.error);
