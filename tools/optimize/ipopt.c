@@ -58,17 +58,15 @@ static Bool rows_by_x(Index n, Number *x, Bool is_new, Index m, Index entries, I
     return there;
 }
 
+/* Never asked for: they are those of the steps before, by BFGS with limited memory. Differences of
+ * exact gradients instead take half of the steps and four times the members. */
 static Bool second_at(Index n, Number *x, Bool is_new, Number factor, Index m, Number *multiplier,
                       Bool new_multiplier, Index entries, Index *row, Index *column, Number *values,
                       UserDataPtr data)
 {
-    optimization *o = data;
-    (void)n, (void)is_new, (void)m, (void)new_multiplier, (void)entries;
-    if (!values) {
-        optimize_second_entries(o, row, column);
-        return TRUE;
-    }
-    return optimize_second(o, x, factor, multiplier, values);
+    (void)n, (void)x, (void)is_new, (void)factor, (void)m, (void)multiplier, (void)new_multiplier;
+    (void)entries, (void)row, (void)column, (void)values, (void)data;
+    return FALSE;
 }
 
 static Bool count_steps(Index mode, Index steps, Number objective, Number primal, Number dual,
@@ -109,6 +107,7 @@ static bool take_options(IpoptProblem problem)
     return take_text(problem, "sb", "yes") && take_integer(problem, "print_level", 0) &&
            take_text(problem, "nlp_scaling_method", "none") &&
            take_text(problem, "mu_strategy", "adaptive") &&
+           take_text(problem, "hessian_approximation", "limited-memory") &&
            take_number(problem, "tol", TOLERANCE) &&
            take_number(problem, "acceptable_tol", ACCEPTABLE) &&
            take_integer(problem, "acceptable_iter", ACCEPTABLE_STEPS) &&
@@ -127,9 +126,9 @@ ad_status optimize_descend(optimization *o, int *steps, bool *converged, ad_erro
     for (size_t i = 0; i < 2 * n + 2 * m; i++) { /* its infinity */
         limits[i] = fmax(-2e19, fmin(2e19, limits[i]));
     }
-    IpoptProblem problem = CreateIpoptProblem(
-        (Index)n, limits, limits + n, (Index)m, row_low, row_high, (Index)o->nonzeros,
-        (Index)optimize_second_count(o), 0, value_at, rows_at, gradient_at, rows_by_x, second_at);
+    IpoptProblem problem = CreateIpoptProblem((Index)n, limits, limits + n, (Index)m, row_low,
+                                              row_high, (Index)o->nonzeros, 0, 0, value_at, rows_at,
+                                              gradient_at, rows_by_x, second_at);
     free(limits);
     if (!problem) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for an optimisation");

@@ -108,7 +108,7 @@ static ad_status scale(optimization *o, nn_rng *rng, ad_error *error)
     }
     for (int look = 0; look < 2 * LOOKS_LEAST && o->why.status == AD_OK; look++) {
         draw(rng, o->n - o->tops, o->x);
-        optimize_at(o, o->x);
+        optimize_look(o, o->x);
         for (size_t e = 0; e < o->scenarios; e++) {
             widen(&s, OPTIMIZE_CONSTRAINTS_MAX, o->objectives[e]);
         }
@@ -141,7 +141,7 @@ static double look(optimization *o, nn_rng *rng, double *best, double *by_case)
         violations v = {.of = o, .by_case = by_case};
         memset(by_case, 0, cases * sizeof *by_case);
         draw(rng, each * o->cases.count, o->x + o->shared);
-        optimize_at(o, o->x);
+        optimize_look(o, o->x);
         optimize_visit(o, violation_of_row, &v);
         for (size_t e = 0; e < cases; e++) {
             const double now = o->sign * o->objective_scale * o->objectives[e] + 10 * by_case[e];
@@ -201,13 +201,13 @@ static ad_status look_around(optimization *o, nn_rng *rng, int starts, double *z
 
 static ad_status descend(optimization *o, optimize_start *end, ad_error *error)
 {
-    optimize_at(o, o->x);
+    optimize_look(o, o->x);
     lift_tops(o);
     ad_status status = optimize_descend(o, &end->steps, &end->converged, error);
     if (status != AD_OK) {
         return status;
     }
-    const bool solved = optimize_at(o, o->x);
+    const bool solved = optimize_look(o, o->x);
     end->violation = solved ? violation(o) : INFINITY;
     end->objective = solved ? o->value / (o->sign * o->objective_scale) : NAN;
     return AD_OK;
@@ -289,7 +289,7 @@ static ad_status measure(optimization *o, const double *z, optimize_scenario *ot
         violations v = {.of = o, .by_case = violated};
         memset(violated, 0, count * sizeof *violated);
         memcpy(o->x, z, (o->n - o->tops) * sizeof *z);
-        optimize_at(o, o->x);
+        optimize_look(o, o->x);
         optimize_visit(o, violation_of_row, &v);
         for (size_t e = 0; e < count; e++) {
             const double value = o->sign * o->objective_scale * o->objectives[e];
@@ -399,7 +399,7 @@ ad_status optimize_evaluate(optimization *o, const optimize_solver *solver, opti
     o->solver = solver;
     o->why.status = AD_OK;
     o->known = false;
-    const bool solved = optimize_at(o, o->x);
+    const bool solved = optimize_look(o, o->x);
     if (o->why.status != AD_OK) {
         *error = o->why;
         return o->why.status;
@@ -484,7 +484,7 @@ ad_status optimize_run(optimization *o, const optimize_solver *solver, optimize_
         optimize_start *end = &report->start[report->best];
         memcpy(o->x, best, n * sizeof *best);
         memcpy(o->multiplier, multiplier, o->m * sizeof *multiplier);
-        optimize_at(o, o->x);
+        optimize_look(o, o->x);
         status = meet_box(o, &rng, end, report, error);
     }
     status = status == AD_OK ? optimize_evaluate(o, solver, report, error) : status;

@@ -71,16 +71,14 @@ struct optimization {
     ad_error why; /* of a solver that failed, with its status */
 
     /* At the x that was evaluated last, `known`: */
-    bool known, solved;
-    double *at;         /* [n] */
-    double value;       /* the objective, scaled */
-    double *gradient;   /* [n] */
-    double *row;        /* [m], scaled */
-    double *by;         /* [nonzeros], in the order of rows and of optimize_entries */
-    double *by_case;    /* [scenarios][shared + each], of the objective where there are no tops */
-    double *slopes;     /* [3][scenarios][shared + each], of the Lagrangian; [n] */
-    double *multiplier; /* [m], of the last descent */
-    double *given;      /* [scenarios][parameters] */
+    bool known, solved, sloped; /* the last: with derivatives */
+    double *at;                 /* [n] */
+    double value;               /* the objective, scaled */
+    double *gradient;           /* [n] */
+    double *row;                /* [m], scaled */
+    double *by;                 /* [nonzeros], in the order of rows and of optimize_entries */
+    double *multiplier;         /* [m], of the last descent */
+    double *given;              /* [scenarios][parameters] */
     double *shapes, *jacobians;
     bool *is_solved;
     double *values, *partials; /* of one response */
@@ -90,21 +88,15 @@ struct optimization {
 /* problem.c: sizes, once scenarios are known; keeps x where it fits. */
 ad_status optimize_shape(optimization *o, ad_error *error);
 
-/* Values at x; false where a member is not solved: its objective and rows are then NaN. */
+/* Values at x, and with derivatives, which take most of the time; false where a member is not
+ * solved: its objective and rows are then NaN. */
+bool optimize_look(optimization *o, const double *x);
 bool optimize_at(optimization *o, const double *x);
 
 /* Bounds of variables and rows; places of the derivatives. */
 void optimize_limits(const optimization *o, double *x_low, double *x_high, double *row_low,
                      double *row_high);
 void optimize_entries(const optimization *o, int *row, int *column);
-
-/* Second derivatives of factor times the objective and of the rows times multipliers [m], the lower
- * triangle: places, and values at x. These are differences of exact gradients, of all cases side by
- * side. false: a member is not solved. */
-size_t optimize_second_count(const optimization *o);
-void optimize_second_entries(const optimization *o, int *row, int *column);
-bool optimize_second(optimization *o, const double *x, double factor, const double *multiplier,
-                     double *values);
 
 /* The values of parameters that a scenario has with x. */
 void optimize_given(const optimization *o, const double *x, size_t scenario, double *parameters);

@@ -59,20 +59,18 @@ ad_status optimize_shape(optimization *o, ad_error *error)
         most = o->constraint[i].rows > most ? o->constraint[i].rows : most;
     }
     const size_t shape = members * o->points * COLUMNS;
-    const bool fits =
-        resize(&o->x, o->n, sizeof *o->x) && resize(&o->at, o->n, sizeof *o->at) &&
-        resize(&o->gradient, o->n, sizeof *o->gradient) && resize(&o->row, o->m, sizeof *o->row) &&
-        resize(&o->multiplier, o->m, sizeof *o->multiplier) &&
-        resize(&o->by, o->nonzeros, sizeof *o->by) &&
-        resize(&o->by_case, members * variables_of_case(o), sizeof *o->by_case) &&
-        resize(&o->slopes, 3 * members * variables_of_case(o) + o->n, sizeof *o->slopes) &&
-        resize(&o->given, members * P, sizeof *o->given) &&
-        resize(&o->shapes, shape, sizeof *o->shapes) &&
-        resize(&o->jacobians, shape * P, sizeof *o->jacobians) &&
-        resize(&o->is_solved, members, sizeof *o->is_solved) &&
-        resize(&o->objectives, members, sizeof *o->objectives) &&
-        resize(&o->values, most, sizeof *o->values) &&
-        resize(&o->partials, most * P, sizeof *o->partials);
+    const bool fits = resize(&o->x, o->n, sizeof *o->x) && resize(&o->at, o->n, sizeof *o->at) &&
+                      resize(&o->gradient, o->n, sizeof *o->gradient) &&
+                      resize(&o->row, o->m, sizeof *o->row) &&
+                      resize(&o->multiplier, o->m, sizeof *o->multiplier) &&
+                      resize(&o->by, o->nonzeros, sizeof *o->by) &&
+                      resize(&o->given, members * P, sizeof *o->given) &&
+                      resize(&o->shapes, shape, sizeof *o->shapes) &&
+                      resize(&o->jacobians, shape * P, sizeof *o->jacobians) &&
+                      resize(&o->is_solved, members, sizeof *o->is_solved) &&
+                      resize(&o->objectives, members, sizeof *o->objectives) &&
+                      resize(&o->values, most, sizeof *o->values) &&
+                      resize(&o->partials, most * P, sizeof *o->partials);
     for (size_t i = before; i < o->n && fits; i++) {
         o->x[i] = 0.5;
     }
@@ -126,7 +124,7 @@ static void add_by_variables(const optimization *o, size_t scenario, const doubl
     }
 }
 
-static ad_status evaluate(optimization *o, const response *r, size_t scenario, bool derivatives)
+static ad_status evaluate(optimization *o, const response *r, size_t scenario)
 {
     const size_t P = (size_t)o->parameters, shape = o->points * COLUMNS;
     const response_shape at = {.points = o->points,
@@ -136,10 +134,11 @@ static ad_status evaluate(optimization *o, const response *r, size_t scenario, b
                                .parameters = o->given + scenario * P,
                                .columns = o->cases.values +
                                           o->scenario[scenario].of * (size_t)o->cases.columns};
-    return response_evaluate(r, &at, o->values, derivatives ? o->partials : NULL, &o->why);
+    return response_evaluate(r, &at, o->values, o->sloped ? o->partials : NULL, &o->why);
 }
 
-/* The rows of a formula, times `factor`, and their derivatives; then one by a top of -1. */
+/* The rows of a formula, times `factor`, and where they are known their derivatives; then one by a
+ * top of -1. */
 static void put_rows(optimization *o, size_t scenario, size_t rows, double factor, bool topped,
                      const double *x, size_t *row, size_t *entry)
 {
@@ -147,6 +146,9 @@ static void put_rows(optimization *o, size_t scenario, size_t rows, double facto
     for (size_t i = 0; i < rows; i++) {
         double *by = o->by + *entry;
         o->row[(*row)++] = factor * o->values[i] - (topped ? x[top_of(o, scenario)] : 0);
+        if (!o->sloped) {
+            continue;
+        }
         memset(by, 0, width * sizeof *by);
         add_by_variables(o, scenario, o->partials + i * (size_t)o->parameters, factor, by,
                          by + o->shared);
@@ -171,7 +173,7 @@ static ad_status put_scenario(optimization *o, const double *x, size_t e, size_t
                               size_t *entry)
 {
     const double factor = o->sign * o->objective_scale;
-    ad_status status = evaluate(o, o->objective, e, true);
+    ad_status status = evaluate(o, o->objective, e);
     if (status != AD_OK) {
         return status;
     }
@@ -180,19 +182,16 @@ static ad_status put_scenario(optimization *o, const double *x, size_t e, size_t
         put_rows(o, e, response_rows(o->objective), factor, true, x, row, entry);
     } else {
         const double share = factor / (double)o->scenarios;
-        const size_t width = variables_of_case(o);
-        double *by = o->by_case + e * width;
-        memset(by, 0, width * sizeof *by);
-        add_by_variables(o, e, o->partials, share, by, by + o->shared);
-        o->value += share * o->values[0];
-        for (size_t k = 0; k < width; k++) {
-            o->gradient[variable_of(o, e, k)] += by[k];
+        if (o->sloped) {
+            add_by_variables(o, e, o->partials, share, o->gradient,
+                             o->gradient + variable_of(o, e, (size_t)o->shared));
         }
+        o->value += share * o->values[0];
     }
     for (int i = 0; i < o->constraints && status == AD_OK; i++) {
         const optimize_constraint *c = &o->constraint[i];
         const size_t rows = rows_of(o, i, e);
-        status = rows > 0 ? evaluate(o, c->of, e, true) : AD_OK;
+        status = rows > 0 ? evaluate(o, c->of, e) : AD_OK;
         if (status == AD_OK) {
             put_rows(o, e, rows, c->scale, false, x, row, entry);
         }
@@ -225,20 +224,21 @@ static bool all_finite(size_t count, const double *x)
     return finite;
 }
 
-bool optimize_at(optimization *o, const double *x)
+static bool find(optimization *o, const double *x, bool slopes)
 {
-    if (o->known && memcmp(o->at, x, o->n * sizeof *x) == 0) {
+    if (o->known && (o->sloped || !slopes) && memcmp(o->at, x, o->n * sizeof *x) == 0) {
         return o->solved;
     }
     memcpy(o->at, x, o->n * sizeof *x);
     o->known = true;
+    o->sloped = slopes;
     o->solved = false;
     for (size_t e = 0; e < o->scenarios; e++) {
         optimize_given(o, x, e, o->given + e * (size_t)o->parameters);
     }
     o->members += o->scenarios;
-    if (o->solver->solve(o->solver->of, o->scenarios, o->given, o->shapes, o->jacobians,
-                         o->is_solved, &o->why) != AD_OK) {
+    if (o->solver->solve(o->solver->of, o->scenarios, o->given, o->shapes,
+                         slopes ? o->jacobians : NULL, o->is_solved, &o->why) != AD_OK) {
         return false;
     }
     o->value = 0;
@@ -259,8 +259,18 @@ bool optimize_at(optimization *o, const double *x)
         all = all && o->is_solved[e];
     }
     o->solved = all && isfinite(o->value) && all_finite(o->n, o->gradient) &&
-                all_finite(o->m, o->row) && all_finite(o->nonzeros, o->by);
+                all_finite(o->m, o->row) && (!slopes || all_finite(o->nonzeros, o->by));
     return o->solved;
+}
+
+bool optimize_look(optimization *o, const double *x)
+{
+    return find(o, x, false);
+}
+
+bool optimize_at(optimization *o, const double *x)
+{
+    return find(o, x, true);
 }
 
 void optimize_visit(const optimization *o, optimize_visitor *visit, void *context)
@@ -326,120 +336,4 @@ void optimize_entries(const optimization *o, int *row, int *column)
             put_entries(o, e, rows_of(o, i, e), false, row, column, &at, &now);
         }
     }
-}
-
-/* ---- second derivatives --------------------------------------------------------------------- */
-
-/* Of the range of a variable: differences of gradients, of second order, are off by its square, and
- * noise of the solver by its tolerance over it. */
-static const double APART = 1e-3;
-
-/* In the order shared by shared; of each case its own by shared, then its own by its own. */
-size_t optimize_second_count(const optimization *o)
-{
-    const size_t shared = (size_t)o->shared, each = (size_t)o->each;
-    return shared * (shared + 1) / 2 + o->cases.count * (each * shared + each * (each + 1) / 2);
-}
-
-/* The place of second derivatives by variables i >= k of a scenario. */
-static size_t second_at(const optimization *o, size_t scenario, size_t i, size_t k)
-{
-    const size_t shared = (size_t)o->shared, each = (size_t)o->each;
-    const size_t block = each * shared + each * (each + 1) / 2;
-    if (i < shared) {
-        return i * (i + 1) / 2 + k;
-    }
-    const size_t first = shared * (shared + 1) / 2 + o->scenario[scenario].of * block;
-    const size_t own = i - shared;
-    return first + own * shared + own * (own + 1) / 2 + k;
-}
-
-void optimize_second_entries(const optimization *o, int *row, int *column)
-{
-    for (size_t e = 0; e < o->cases.count; e++) {
-        for (size_t i = 0; i < variables_of_case(o); i++) {
-            for (size_t k = 0; k <= i; k++) {
-                const size_t at = second_at(o, e, i, k);
-                row[at] = (int)variable_of(o, e, i);
-                column[at] = (int)variable_of(o, e, k);
-            }
-        }
-    }
-}
-
-/* The gradient of the Lagrangian by the variables of each scenario, [scenarios][shared + each]. */
-static void slopes_of(const optimization *o, double factor, const double *multiplier, double *to)
-{
-    const size_t width = variables_of_case(o);
-    const double *by = o->by;
-    size_t row = 0;
-    for (size_t e = 0; e < o->scenarios; e++, to += width) {
-        const size_t topped = o->tops > 0 ? response_rows(o->objective) : 0;
-        size_t rows = topped;
-        for (int i = 0; i < o->constraints; i++) {
-            rows += rows_of(o, i, e);
-        }
-        for (size_t k = 0; k < width; k++) {
-            to[k] = topped ? 0 : factor * o->by_case[e * width + k];
-        }
-        for (size_t i = 0; i < rows; i++, row++) {
-            for (size_t k = 0; k < width; k++) {
-                to[k] += multiplier[row] * by[k];
-            }
-            by += width + (i < topped);
-        }
-    }
-}
-
-/* The gradients where the k-th variable of every case is moved, one way or the other: by how much
- * it is then depends on where its range ends. */
-static bool slopes_beside(optimization *o, const double *x, size_t k, int way, double factor,
-                          const double *multiplier, double *by, double *to)
-{
-    double *moved = o->slopes + 3 * o->scenarios * variables_of_case(o);
-    memcpy(moved, x, o->n * sizeof *moved);
-    for (size_t c = 0; c < (k < (size_t)o->shared ? 1 : o->cases.count); c++) {
-        const double z = x[variable_of(o, c, k)];
-        const double both[2] = {z > 1 - APART ? -2 * APART
-                                : z < APART   ? 2 * APART
-                                              : -APART,
-                                z > 1 - APART ? -APART : APART};
-        moved[variable_of(o, c, k)] = z + both[way];
-        by[c] = both[way];
-    }
-    const bool solved = optimize_at(o, moved);
-    slopes_of(o, factor, multiplier, to);
-    return solved;
-}
-
-bool optimize_second(optimization *o, const double *x, double factor, const double *multiplier,
-                     double *values)
-{
-    const size_t width = variables_of_case(o), all = o->scenarios * width;
-    double *here = o->slopes, *there[2] = {here + all, here + 2 * all};
-    double by[2][OPTIMIZE_CASES_MAX];
-    memset(values, 0, optimize_second_count(o) * sizeof *values);
-    if (!optimize_at(o, x)) {
-        return false;
-    }
-    slopes_of(o, factor, multiplier, here);
-    for (size_t k = 0; k < width; k++) {
-        for (int way = 0; way < 2; way++) {
-            if (!slopes_beside(o, x, k, way, factor, multiplier, by[way], there[way])) {
-                return false;
-            }
-        }
-        for (size_t e = 0; e < o->scenarios; e++) {
-            const size_t c = k < (size_t)o->shared ? 0 : o->scenario[e].of;
-            const double a = by[0][c], b = by[1][c]; /* a parabola through three */
-            for (size_t i = e * width; i < (e + 1) * width; i++) {
-                const double second =
-                    ((there[0][i] - here[i]) * b / a - (there[1][i] - here[i]) * a / b) / (b - a);
-                const size_t own = i - e * width; /* each is found twice, but on the diagonal */
-                values[second_at(o, e, own > k ? own : k, own > k ? k : own)] +=
-                    own == k ? second : second / 2;
-            }
-        }
-    }
-    return true;
 }

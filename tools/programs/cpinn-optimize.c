@@ -69,9 +69,9 @@ static ad_status solve(void *of, size_t members, const double *parameters, doubl
     }
     for (size_t i = 0; i < members && status == AD_OK; i += chunk) {
         const size_t now = members - i < chunk ? members - i : chunk;
-        status = cpinn_family_answer(by->members, &alone, now, parameters + i * count,
-                                     values + i * width, jacobian + i * width * count,
-                                     by->answers + i, error);
+        status = cpinn_family_answer(
+            by->members, &alone, now, parameters + i * count, values + i * width,
+            jacobian ? jacobian + i * width * count : NULL, by->answers + i, error);
     }
     for (size_t i = 0; i < members; i++) {
         solved[i] = by->answers[i].trusted && by->answers[i].source == CPINN_FROM_MEMBERS;
