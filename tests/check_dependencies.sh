@@ -57,7 +57,7 @@ find autodiff nn optim physics tests tools -name '*.[ch]' -exec \
         libraries = libraries "optim "
         training = libraries " tools/train tools/files "
         surrogate = training " tools/surrogate autodiff/run "
-        control = surrogate " tools/control "
+        control = surrogate " tools/environment tools/control " # for types
         may["tools/environment"] = training " tools/environment "
         may["tools/plan"] = training " tools/environment tools/plan "
         may["tools/optimize"] = training " tools/optimize "

@@ -71,6 +71,15 @@ said() {
     grep -Eq -- "$2" "$1" || failed "no '$2' in $1: $(head -c 400 "$1")"
 }
 
+# plate_at MM: a plate from there on along x, 20 by 200 by 250 mm, as OBJ in mm.
+plate_at() {
+    awk -v x="$1" 'BEGIN {
+        for (i = 0; i < 8; i++)
+            printf "v %g %g %g\n", i % 2 ? x + 20 : x, int(i / 2) % 2 ? 100 : -100, i < 4 ? -50 : 200
+        split("1 3 4,1 4 2,5 6 8,5 8 7,1 2 6,1 6 5,3 7 8,3 8 4,1 5 7,1 7 3,2 4 8,2 8 6", f, ",")
+        for (i = 1; i <= 12; i++) print "f", f[i] }'
+}
+
 # refused PATTERN COMMAND...: exit 2, one line on stderr with that pattern, nothing on stdout, and
 # no new entry in the folder.
 refused() {

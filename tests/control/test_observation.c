@@ -3,6 +3,7 @@
 #include "filter_testing.h"
 
 #include "physics/chain/reduced.h"
+#include "tools/control/clearance_observation.h"
 #include "tools/control/observation.h"
 #include "tools/control/reduced_model.h"
 #include "tools/prepare/prepare.h"
@@ -216,6 +217,68 @@ static void test_derivatives(void **state)
     }
     observation_free(position);
     observation_free(velocity);
+    config_free(settings);
+}
+
+/* Distances from two planes, x = 0.05 and z = 0.13, the smaller of them; a plane is linear, so the
+ * grid has it exactly where the other is further than a cell. Of one place the smooth minimum is
+ * the distance; of four it is less by at most log(4) of `smooth`, and derivatives are those of
+ * places, differences of which are off by the step's square over that of `smooth`: 1e-5. */
+static void test_clearance(void **state)
+{
+    enum { NODES = 41, COUNT = 3 };
+    static float values[NODES * NODES * NODES];
+    const double along[4] = {0.03, 0.07, 0.1, 0.13};
+    distance_field field = {.count = {NODES, NODES, NODES},
+                            .low = {-0.2, -0.2, -0.2},
+                            .cell = 0.01,
+                            .box_low = {-0.19, -0.19, -0.19},
+                            .box_high = {0.19, 0.19, 0.19},
+                            .value = values};
+    config *settings = read_arm(0, NULL);
+    (void)state;
+    for (int i = 0; i < NODES * NODES * NODES; i++) {
+        const double x = 0.05 + 0.2 - 0.01 * (i % NODES),
+                     z = 0.13 + 0.2 - 0.01 * (double)(i / NODES / NODES);
+        values[i] = (float)fmin(x, z);
+    }
+    for (int count = 1; count <= 4; count += 3) {
+        observation *places_seen =
+            make_observation(&settings->scene, OBSERVATION_POSITION, count, along);
+        clearance_observation x = {.places = observation_of(places_seen),
+                                   .field = &field,
+                                   .radius = 0.021,
+                                   .smooth = 1e-3};
+        double room[12 * (2 + STATES)], states[COUNT * STATES], r[COUNT * 12], by[COUNT * STATES];
+        double found[COUNT], y[2];
+        assert_true(clearance_observation_room(&x.places) <= sizeof room / sizeof *room);
+        x.room = room;
+        const one_observation seen = clearance_observation_of(&x);
+        random_states(COUNT, states);
+        see(places_seen, COUNT, states, r, NULL);
+        assert_int_equal(seen.values, 1);
+        assert_int_equal(seen.see(seen.context, COUNT, states, NULL, found, by), 0);
+        for (int i = 0; i < COUNT; i++) {
+            double least = INFINITY;
+            for (int k = 0; k < count; k++) {
+                least = fmin(least, distance_field_at(&field, &r[3 * (i * count + k)], NULL));
+            }
+            assert_true(found[i] <= least - 0.021 + 1e-15);
+            assert_true(found[i] >= least - 0.021 - 1e-3 * log(count) - 1e-15);
+            for (int c = 0; c < STATES; c++) {
+                const double h = 1e-5;
+                for (int side = 0; side < 2; side++) {
+                    states[i * STATES + c] += side ? 2 * h : -h;
+                    seen.see(seen.context, 1, states + i * STATES, NULL, &y[side], NULL);
+                }
+                states[i * STATES + c] -= h;
+                assert_near(by[i * STATES + c], (y[1] - y[0]) / (2 * h), 1e-5);
+            }
+        }
+        states[5] = NAN;
+        assert_int_not_equal(seen.see(seen.context, 1, states, NULL, found, NULL), 0);
+        observation_free(places_seen);
+    }
     config_free(settings);
 }
 
@@ -484,6 +547,7 @@ int main(void)
         cmocka_unit_test(test_values),      cmocka_unit_test(test_strains),
         cmocka_unit_test(test_derivatives), cmocka_unit_test(test_stiffness),
         cmocka_unit_test(test_load),        cmocka_unit_test(test_refusal),
+        cmocka_unit_test(test_clearance),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -37,7 +37,7 @@ static ad_status open_robot(robot *r, const char *path, int count, const char **
             r->controlled[r->count++] = k;
         }
     }
-    return plant_create(&r->changed->scene, open, c, &r->body, error);
+    return plant_create(&r->changed->scene, open, c, NULL, &r->body, error);
 }
 
 static ad_status see(robot *r, int64_t sample, wire_seen *seen, ad_error *error)

@@ -32,6 +32,7 @@ CONFIG_NAMES(control_path_names, CONTROL_PATH_LIST(CONFIG_NAME))
 CONFIG_NAMES(control_surface_names, CONTROL_SURFACE_LIST(CONFIG_NAME))
 CONFIG_NAMES(control_model_names, CONTROL_MODEL_LIST(CONFIG_NAME))
 CONFIG_NAMES(control_seen_names, CONTROL_SEEN_LIST(CONFIG_NAME))
+CONFIG_NAMES(control_limited_names, CONTROL_LIMITED_LIST(CONFIG_NAME))
 CONFIG_NAMES(control_fault_names, CONTROL_FAULT_LIST(CONFIG_NAME))
 #define CONFIG_UNIT_NAME(name, text, size) text,
 CONFIG_NAMES(environment_unit_names, ENVIRONMENT_UNIT_LIST(CONFIG_UNIT_NAME))
@@ -334,8 +335,10 @@ const config_key config_keys[] = {
     BY_INPUT("control.limits.low", low, "of the input"),
     BY_INPUT("control.limits.high", high, "of the input"),
     BY_INPUT("control.limits.rate", rate, "of the input by s"),
+    ENVIRONMENT("control.environment.", control.environment.),
+    {"control.radius", CONFIG_NUMBER, AT(control.radius), NOT_NEGATIVE, .unit = "m"},
     {"control.constraints[].what", CONFIG_CHOICE, AT(control.limits[0].what),
-     .names = control_seen_names},
+     .names = control_limited_names},
     {"control.constraints[].at", CONFIG_NUMBER, AT(control.limits[0].at), NOT_NEGATIVE,
      .unit = "m"},
     {"control.constraints[].axis", CONFIG_INTEGER, AT(control.limits[0].axis), BETWEEN(1, 3)},

@@ -272,6 +272,7 @@ static ad_status resolve_files(config *experiment, ad_error *error)
                  {"reference.file", &settings->reference_file},
                  {"control.residual", &experiment->control.residual},
                  {"control.task.file", &experiment->control.task.file},
+                 {"control.environment.file", &experiment->control.environment.file},
                  {"plan.environment.file", &experiment->plan.environment.file},
                  {"optimize.environment.file", &experiment->optimize.environment.file},
                  {"plan.roadmap.file", &experiment->plan.roadmap},

@@ -10,7 +10,8 @@ control_settings control_settings_default(void)
 {
     control_settings x;
     memset(&x, 0, sizeof x);
-    x.track_at = x.task.radius = x.period = x.duration = NAN;
+    x.environment = ENVIRONMENT_DEFAULT;
+    x.track_at = x.radius = x.task.radius = x.period = x.duration = NAN;
     x.tolerance_rms = x.tolerance_worst = NAN;
     for (int k = 0; k < 3; k++) {
         x.task.centre[k] = x.task.normal[k] = NAN;
@@ -224,6 +225,29 @@ static ad_status check_place(double *at, double usual, double length, const char
     return blame(key, error, index < 0 ? "track.at" : list, index, "at", problem);
 }
 
+static ad_status check_clearance(const control_settings *settings, int i, char *key,
+                                 ad_error *error)
+{
+    const control_limit *l = &settings->limits[i];
+    for (int k = 0; k < i; k++) {
+        if (settings->limits[k].what == CONTROL_CLEARANCE) {
+            return blame(key, error, "constraints", i, "what", "is given twice; allowed: once");
+        }
+    }
+    if (!(l->low >= 0) || !isnan(l->high)) {
+        return blame(key, error, "constraints", i, isnan(l->high) ? "low" : "high",
+                     "is of a clearance; allowed: low alone, at least 0 m");
+    }
+    if (!settings->environment.file) {
+        return blame(key, error, "environment.file", -1, "",
+                     "is not given, and a clearance is constrained; allowed: .stl, .obj");
+    }
+    return isnan(settings->radius)
+               ? blame(key, error, "radius", -1, "",
+                       "is not given, and a clearance is constrained; allowed: a number >= 0 (m)")
+               : AD_OK;
+}
+
 static ad_status check_lists(control_settings *settings, double length, char key[TRAIN_KEY_MAX],
                              ad_error *error)
 {
@@ -240,6 +264,9 @@ static ad_status check_lists(control_settings *settings, double length, char key
     for (int i = 0; i < settings->limit_count && status == AD_OK; i++) {
         control_limit *l = &settings->limits[i];
         status = check_place(&l->at, length, length, "constraints", i, key, error);
+        if (status == AD_OK && l->what == CONTROL_CLEARANCE) {
+            status = check_clearance(settings, i, key, error);
+        }
         if (status == AD_OK && l->what == OBSERVATION_ROTATION) {
             status = blame(key, error, "constraints", i, "what",
                            "is a rotation, which has no axes; allowed: direction, or any other");

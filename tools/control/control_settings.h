@@ -4,6 +4,7 @@
 #define CONTROL_CONTROL_SETTINGS_H
 
 #include "tools/control/observation.h"
+#include "tools/environment/environment_settings.h"
 #include "tools/surrogate/surrogate_settings.h"
 
 enum {
@@ -31,6 +32,8 @@ enum {
     X(OBSERVATION_VELOCITY, "velocity")                                                            \
     X(OBSERVATION_ANGULAR_VELOCITY, "angular_velocity")                                            \
     X(OBSERVATION_CURVATURE, "curvature") X(OBSERVATION_STRAIN, "strain")
+#define CONTROL_LIMITED_LIST(X)                                                                    \
+    CONTROL_SEEN_LIST(X) X(CONTROL_CLEARANCE, "clearance") /* from the environment */
 #define CONTROL_FAULT_LIST(X)                                                                      \
     X(CONTROL_LOST, "lost")                                                                        \
     X(CONTROL_NOT_A_NUMBER, "nan") X(CONTROL_WILD, "wild") X(CONTROL_LATE, "late")
@@ -71,10 +74,11 @@ typedef struct control_measurement {
 } control_measurement;
 
 /* A number of what is seen of the rod that is kept in a range, as well as possible. */
+enum { CONTROL_CLEARANCE = OBSERVATION_STRAIN + 1 }; /* of the whole rod: at least `low` */
 typedef struct control_limit {
-    observation_what what; /* no rotation */
-    double at;             /* m */
-    int axis;              /* 1 to 3 */
+    int what;  /* observation_what, but for a rotation; CONTROL_CLEARANCE, once */
+    double at; /* m */
+    int axis;  /* 1 to 3 */
     double low, high;
 } control_limit;
 
@@ -98,6 +102,8 @@ typedef struct control_settings {
     double offset;   /* 0 to 1: controller_settings.offset */
     int rate_count, low_count, high_count;
     double rate[CONTROL_INPUTS_MAX], low[CONTROL_INPUTS_MAX], high[CONTROL_INPUTS_MAX];
+    environment_settings environment;
+    double radius; /* of the robot, m */
     int limit_count;
     control_limit limits[CONTROL_LIMITS_MAX];
     int measurement_count;

@@ -12,8 +12,10 @@
 #ifndef CONTROL_LOOP_H
 #define CONTROL_LOOP_H
 
+#include "tools/control/clearance_observation.h"
 #include "tools/control/control_settings.h"
 #include "tools/control/linear_step.h"
+#include "tools/control/plant.h"
 #include "tools/control/regulator.h"
 #include "tools/control/task_observation.h"
 #include "tools/files/table_shapes.h"
@@ -29,6 +31,7 @@ typedef struct loop_setup {
     const double *truth;             /* [parameters of nominal] what they are in the plant; NaN: not
                                       * known */
     const one_step *surrogate;       /* for CONTROL_SURROGATE */
+    const surroundings *around;      /* for a constrained clearance; NULL: none */
     const one_step *inner; /* the same in steps of a shorter period; NULL: surrogate's own */
 } loop_setup;
 
@@ -76,7 +79,9 @@ typedef struct loop_parts {
     const kinematic_observation *sensors[CONTROL_MEASUREMENTS_MAX];
     const task_observation *seen;
     const kinematic_observation *observations[1 + CONTROL_LIMITS_MAX]; /* of its parts */
-    const double *state, *inputs, *by_parameters;                      /* at sample 0 */
+    const clearance_observation *clearance; /* of the one of them that is this; NULL: none */
+    int clearance_part;
+    const double *state, *inputs, *by_parameters; /* at sample 0 */
 } loop_parts;
 loop_parts loop_parts_of(const control_loop *loop);
 

@@ -127,6 +127,33 @@ static ad_status see(const control_loop *loop, observation_what what, double at,
     return observation_create(loop->of.nominal, loop->of.model->modes, &sensor, result, error);
 }
 
+/* What is constrained at places along the rod, as one number. */
+static ad_status see_clearance(control_loop *loop, int part, ad_error *error)
+{
+    enum { PLACES = 12 };
+    const scene *nominal = loop->of.nominal;
+    const control_limit *l = &loop->control.limits[part - 1];
+    clearance_observation *x = &loop->clearance;
+    const double length = scene_length(nominal);
+    double s[PLACES];
+    for (int i = 0; i < PLACES; i++) {
+        s[i] = length * (i + 1) / PLACES;
+    }
+    const observation_sensor sensor = {.what = OBSERVATION_POSITION, .count = PLACES, .s = s};
+    const ad_status status = observation_create(nominal, loop->of.model->modes, &sensor,
+                                                &loop->observations[part], error);
+    if (status != AD_OK) {
+        return status;
+    }
+    *x = (clearance_observation){.places = observation_of(loop->observations[part]),
+                                 .field = &loop->of.around->field,
+                                 .radius = loop->control.radius,
+                                 .smooth = fmax(l->low / 10, 1e-3 * length)};
+    x->room = calloc(clearance_observation_room(&x->places), sizeof *x->room);
+    loop->clearance_part = part;
+    return x->room ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a loop");
+}
+
 static ad_status create_looks(control_loop *loop, ad_error *error)
 {
     const control_settings *c = &loop->control;
@@ -136,9 +163,14 @@ static ad_status create_looks(control_loop *loop, ad_error *error)
     seen->inputs = loop->parameters;
     for (int i = 0; i <= c->limit_count && status == AD_OK; i++) {
         const control_limit *l = i > 0 ? &c->limits[i - 1] : NULL;
-        status = see(loop, l ? l->what : OBSERVATION_POSITION, l ? l->at : c->track_at,
-                     &loop->observations[i], error);
-        if (status == AD_OK) {
+        const bool clear = l && l->what == CONTROL_CLEARANCE;
+        status = clear ? see_clearance(loop, i, error)
+                       : see(loop, l ? (observation_what)l->what : OBSERVATION_POSITION,
+                             l ? l->at : c->track_at, &loop->observations[i], error);
+        if (status == AD_OK && clear) {
+            seen->part[seen->parts++] =
+                (struct task_observation_part){clearance_observation_of(&loop->clearance), 0, 1};
+        } else if (status == AD_OK) {
             seen->part[i] = (struct task_observation_part){observation_of(loop->observations[i]),
                                                            l ? l->axis - 1 : 0, l ? 1 : 3};
             seen->parts++;
@@ -193,20 +225,20 @@ static void fill_filter(control_loop *loop)
 }
 
 /* One in the unit of what is seen, as large as control->accuracy of the place. */
-static double accuracy_of(const control_loop *loop, observation_what what)
+static double accuracy_of(const control_loop *loop, int what)
 {
     const double a = loop->control.accuracy, length = scene_length(loop->of.nominal);
-    return what == OBSERVATION_POSITION           ? a
-           : what == OBSERVATION_VELOCITY         ? a / loop->step
-           : what == OBSERVATION_CURVATURE        ? a / (length * length)
-           : what == OBSERVATION_ANGULAR_VELOCITY ? a / (length * loop->step)
-                                                  : a / length;
+    return what == OBSERVATION_POSITION || what == CONTROL_CLEARANCE ? a
+           : what == OBSERVATION_VELOCITY                            ? a / loop->step
+           : what == OBSERVATION_CURVATURE                           ? a / (length * length)
+           : what == OBSERVATION_ANGULAR_VELOCITY                    ? a / (length * loop->step)
+                                                                     : a / length;
 }
 
 /* What the controllers borrow. */
 static void fill_plan(control_loop *loop)
 {
-    enum { FIRM = 10 }; /* a constraint costs so many times as much as the place */
+    enum { FIRM = 10, HARD = 100 }; /* constraints, walls cost so many times as much as the place */
     const control_settings *c = &loop->control;
     for (int i = 0; i < loop->input_count; i++) {
         loop->plan.rate[i] = c->rate[i] * loop->step;
@@ -220,7 +252,9 @@ static void fill_plan(control_loop *loop)
         loop->plan.weight[i] = l ? 0 : 1 / (c->accuracy * c->accuracy);
         loop->plan.low[i] = l && !isnan(l->low) ? l->low : -INFINITY;
         loop->plan.high[i] = l && !isnan(l->high) ? l->high : INFINITY;
-        loop->plan.soft[i] = l ? FIRM / pow(accuracy_of(loop, l->what), 2) : 1;
+        loop->plan.soft[i] =
+            l ? (l->what == CONTROL_CLEARANCE ? HARD : FIRM) / pow(accuracy_of(loop, l->what), 2)
+              : 1;
     }
 }
 
@@ -403,9 +437,9 @@ ad_status loop_create(const loop_setup *setup, control_loop **result, ad_error *
     for (size_t i = 0; i < sizeof parts / sizeof *parts && status == AD_OK; i++) {
         status = parts[i](loop, error);
     }
-    status = status == AD_OK
-                 ? plant_create(setup->plant, setup->nominal, &loop->control, &loop->robot, error)
-                 : status;
+    status = status == AD_OK ? plant_create(setup->plant, setup->nominal, &loop->control,
+                                            setup->around, &loop->robot, error)
+                             : status;
     status = status == AD_OK ? lay_path(loop, error) : status;
     status = status == AD_OK ? create_record(loop, error) : status;
     if (status != AD_OK) {
@@ -436,6 +470,7 @@ void loop_free(control_loop *loop)
     task_path_free(loop->path);
     free(loop->both);
     free(loop->seen.room);
+    free(loop->clearance.room);
     free(loop->numbers);
     free(loop->record);
     loop_shapes_free(loop);
@@ -476,5 +511,7 @@ loop_parts loop_parts_of(const control_loop *loop)
     for (int i = 0; i < loop->seen.parts; i++) {
         parts.observations[i] = observation_kinematics(loop->observations[i]);
     }
+    parts.clearance = loop->clearance_part > 0 ? &loop->clearance : NULL;
+    parts.clearance_part = loop->clearance_part;
     return parts;
 }

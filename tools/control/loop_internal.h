@@ -48,6 +48,8 @@ struct control_loop {
     one_step by_period, by_step;
     observation *observations[1 + CONTROL_LIMITS_MAX]; /* what the controller sees: the place,
                                                           limited numbers */
+    clearance_observation clearance;                   /* of one of these */
+    int clearance_part;                                /* which; 0: there is none */
     task_observation seen;
     int values;
 

@@ -21,6 +21,7 @@ enum {
 
 struct plant {
     const control_settings *control;
+    const surroundings *around;
     const scene *of;
     reduced_rod *rod;
     observation
@@ -80,7 +81,7 @@ static void map_inputs(plant *plant, const scene *of, const scene *nominal)
 }
 
 ad_status plant_create(const scene *of, const scene *nominal, const control_settings *control,
-                       plant **result, ad_error *error)
+                       const surroundings *around, plant **result, ad_error *error)
 {
     const int *modes = control->plant_modes;
     const reduced_settings settings = {.modes = {modes[0], modes[1], modes[2], modes[3]}};
@@ -90,6 +91,7 @@ ad_status plant_create(const scene *of, const scene *nominal, const control_sett
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a plant");
     }
     x->control = control;
+    x->around = around;
     x->of = of;
     x->length = scene_length(nominal);
     map_inputs(x, of, nominal);
@@ -102,7 +104,15 @@ ad_status plant_create(const scene *of, const scene *nominal, const control_sett
                                  error);
     }
     for (int i = 0; i < control->limit_count && status == AD_OK; i++) {
-        status = add_observation(x, of, control->limits[i].what, control->limits[i].at, error);
+        const control_limit *l = &control->limits[i];
+        if (l->what == CONTROL_CLEARANCE && !around) {
+            status =
+                ad_fail(error, AD_BAD_INPUT, "control.constraints: a clearance is from nothing");
+            break;
+        }
+        /* of a clearance the shape is seen */
+        const int what = l->what == CONTROL_CLEARANCE ? OBSERVATION_POSITION : l->what;
+        status = add_observation(x, of, (observation_what)what, l->at, error);
     }
     status = status == AD_OK ? add_shape(x, of, error) : status;
     if (status == AD_OK) {
@@ -294,6 +304,20 @@ bool plant_loses(plant *plant, int i)
     return nn_rng_uniform(&plant->losses[i]) < plant->control->measurements[i].dropouts;
 }
 
+static ad_status clearance(plant *plant, double *value, ad_error *error)
+{
+    double position[3 * PLANT_POINTS];
+    int count;
+    const ad_status status = see(plant, plant->count - SHAPE, position, &count, error);
+    *value = INFINITY;
+    for (int i = 0; i + 1 < PLANT_POINTS && status == AD_OK; i++) {
+        const double *at = &position[3 * i];
+        *value = fmin(*value, plant->around->of_line(plant->around->context, at, at + 3) -
+                                  plant->control->radius);
+    }
+    return status;
+}
+
 ad_status plant_limited(plant *plant, double *values, ad_error *error)
 {
     ad_status status = AD_OK;
@@ -302,6 +326,9 @@ ad_status plant_limited(plant *plant, double *values, ad_error *error)
         int count = 0;
         status = see(plant, 1 + plant->control->measurement_count + i, all, &count, error);
         values[i] = all[plant->control->limits[i].axis - 1];
+        if (status == AD_OK && plant->control->limits[i].what == CONTROL_CLEARANCE) {
+            status = clearance(plant, &values[i], error);
+        }
     }
     return status;
 }

@@ -3,14 +3,25 @@
 #ifndef CONTROL_PLANT_H
 #define CONTROL_PLANT_H
 
+#include "physics/numerics/distance_field.h"
 #include "tools/control/control_settings.h"
 
 typedef struct plant plant;
 
-/* of: the scene with the keys of control->changes; nominal: without, whose parameters are the
- * inputs in plant_step. Measurements are those of control. */
+/* What a robot is to keep away from; all is borrowed. */
+typedef struct surroundings {
+    distance_field field; /* by which the controller goes */
+    /* The exact distance of the line from a to b from the surface, m, by which it is judged: 0
+     * where it meets the surface, negative beyond. */
+    double (*of_line)(const void *context, const double a[3], const double b[3]);
+    const void *context;
+} surroundings;
+
+/* around: for a constrained clearance, else NULL. of: the scene with the keys of control->changes;
+ * nominal: without, whose parameters are the inputs in plant_step. Measurements are those of
+ * control. */
 ad_status plant_create(const scene *of, const scene *nominal, const control_settings *control,
-                       plant **result, ad_error *error);
+                       const surroundings *around, plant **result, ad_error *error);
 void plant_free(plant *plant); /* NULL is allowed */
 
 /* At rest under inputs [nominal parameters] at t = 0, with noise of this seed. AD_NOT_FINITE: no

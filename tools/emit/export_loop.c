@@ -69,6 +69,39 @@ static void put_looks(const export_loop *loop, FILE *file)
     fputs("};\n", file);
 }
 
+/* The distances by which a clearance is kept. */
+static void put_clearance(const export_loop *loop, FILE *file)
+{
+    const clearance_observation *x = loop->clearance;
+    fprintf(file, "#define LOOP_CLEARANCE %d /* which part; 0: none */\n",
+            x ? loop->clearance_part : 0);
+    if (!x) {
+        return;
+    }
+    const distance_field *f = x->field;
+    const double *const lists[3] = {f->low, f->box_low, f->box_high};
+    const size_t nodes = (size_t)f->count[0] * (size_t)f->count[1] * (size_t)f->count[2];
+    fputs("static const float loop_distances[] = {", file);
+    for (size_t i = 0; i < nodes; i++) {
+        fprintf(file, "%s%.9g", i == 0 ? "" : i % 10 ? ", " : ",\n    ", f->value[i]);
+    }
+    fputs("};\n", file);
+    fprintf(file, "static const distance_field loop_field = {{%d, %d, %d}, %d", f->count[0],
+            f->count[1], f->count[2], f->inside);
+    for (int i = 0; i < 3; i++) {
+        fputs(",\n    ", file);
+        export_put_list(3, lists[i], 1, false, file);
+        if (i == 0) {
+            fprintf(file, ", %.17g", f->cell);
+        }
+    }
+    fputs(",\n    loop_distances};\n", file);
+    fprintf(file,
+            "static const clearance_observation loop_clearance = {.field = &loop_field, .radius = "
+            "%.17g, .smooth = %.17g};\n",
+            x->radius, x->smooth);
+}
+
 static void put_surrogate(const char *name, const surrogate_step *m, FILE *file)
 {
     export_put_array(file, surrogate_step_numbers(m), m->numbers,
@@ -270,6 +303,7 @@ static void write_source(const export_loop *loop, FILE *file)
             sensors_of(loop), loop->seen->parts, s->controller.observation.values, s->turns);
     put_steps(loop, file);
     put_looks(loop, file);
+    put_clearance(loop, file);
     put_estimator(loop, file);
     put_controller(loop, file);
     fprintf(file, "#define LOOP_RATE %s\n", s->rate ? "loop_turn_rate" : "NULL");
@@ -464,26 +498,13 @@ ad_status export_loop_write(void *of, int which, FILE *file, ad_error *error)
 }
 
 /* What names within the C begin with. */
-static const char *const taken[] = {"controller",
-                                    "estimator",
-                                    "gauss",
-                                    "gauss_newton",
-                                    "kinematic",
-                                    "kinematic_observation",
-                                    "kinematics",
-                                    "lanes",
-                                    "linear",
-                                    "linear_step",
-                                    "loop",
-                                    "observation",
-                                    "qp",
-                                    "regulator",
-                                    "sigma",
-                                    "small_matrix",
-                                    "step",
-                                    "surrogate",
-                                    "surrogate_step",
-                                    "task_observation"};
+static const char *const taken[] = {
+    "clearance",      "controller",      "distance",  "estimator",
+    "gauss",          "gauss_newton",    "kinematic", "kinematic_observation",
+    "kinematics",     "lanes",           "linear",    "linear_step",
+    "loop",           "observation",     "qp",        "regulator",
+    "sigma",          "small_matrix",    "step",      "surrogate",
+    "surrogate_step", "task_observation"};
 
 bool export_loop_takes(const char *name)
 {

@@ -4,7 +4,7 @@
 #define TOOLS_EMIT_EXPORT_LOOP_H
 
 #include "physics/scene/scene.h"
-#include "tools/control/kinematic_observation.h"
+#include "tools/control/clearance_observation.h"
 #include "tools/control/linear_step.h"
 #include "tools/control/regulator.h"
 #include "tools/control/task_observation.h"
@@ -34,7 +34,9 @@ typedef struct export_loop {
      */
     const kinematic_observation *const *sensors;
     const task_observation *seen;
-    const kinematic_observation *const *parts;    /* [seen->parts]; the first is the place */
+    const kinematic_observation *const *parts; /* [seen->parts]; the first is the place */
+    const clearance_observation *clearance;    /* of the part behind it; NULL: none */
+    int clearance_part;
     const double *state, *inputs, *by_parameters; /* at sample 0, as regulator_start has them */
     const char *const *verified;                  /* lines of the header, NULL at the end */
     size_t memory;                                /* bytes; by export_loop_record */

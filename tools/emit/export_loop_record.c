@@ -193,9 +193,13 @@ static size_t memory_of(const export_loop *loop)
                    : m->curve   ? decoupled_work(m->curve)
                                 : 0;
     }
+    if (loop->clearance) {
+        numbers += clearance_observation_room(&loop->clearance->places);
+    }
     return regulator_size(s) + numbers * sizeof(double) + sizeof *s + sizeof(task_observation) +
            (size_t)observations * sizeof(kinematic_observation) +
-           (size_t)s->estimator.sensors * sizeof(estimator_sensor) + 512;
+           (size_t)s->estimator.sensors * sizeof(estimator_sensor) + sizeof(clearance_observation) +
+           512;
 }
 
 ad_status export_loop_record(export_loop *loop, ad_error *error)

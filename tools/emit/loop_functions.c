@@ -14,6 +14,9 @@ struct model_loop {
     regulator_settings settings;
     estimator_sensor sensor[LOOP_SENSORS];
     kinematic_observation observation[LOOP_SENSORS + LOOP_PARTS];
+#if LOOP_CLEARANCE > 0
+    clearance_observation clearance;
+#endif
     task_observation seen;
     loop_step filter, controller;
     double *reference; /* [HORIZON][LOOP_VALUES] */
@@ -104,6 +107,12 @@ static size_t loop_fill(model_loop *x, double *memory)
         x->seen.part[i].first = loop_parts[i][0];
         x->seen.part[i].count = loop_parts[i][1];
     }
+#if LOOP_CLEARANCE > 0
+    x->clearance = loop_clearance;
+    x->clearance.places = x->seen.part[LOOP_CLEARANCE].observation;
+    x->clearance.room = loop_take(memory, &used, clearance_observation_room(&x->clearance.places));
+    x->seen.part[LOOP_CLEARANCE].observation = clearance_observation_of(&x->clearance);
+#endif
     x->seen.room = loop_take(memory, &used, task_observation_room(&x->seen));
     controller->observation = task_observation_of(&x->seen);
     x->reference = loop_take(memory, &used, (size_t)(model_HORIZON * LOOP_VALUES));

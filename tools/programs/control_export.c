@@ -154,6 +154,8 @@ ad_status control_export(const config *of, const control_row *row, const char *m
                      .sensors = parts.sensors,
                      .seen = parts.seen,
                      .parts = parts.observations,
+                     .clearance = parts.clearance,
+                     .clearance_part = parts.clearance_part,
                      .state = parts.state,
                      .inputs = parts.inputs,
                      .by_parameters = parts.by_parameters,

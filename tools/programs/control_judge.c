@@ -57,6 +57,16 @@ void control_judge(const control_settings *c, const loop_report *r, verdict *to)
                     1e3 * r->rms, 1e3 * r->worst, 1e3 * c->tolerance_rms, 1e3 * c->tolerance_worst,
                     reach);
     }
+    for (int i = 0; i < c->limit_count; i++) {
+        const double left = c->limits[i].low - r->violation[i];
+        if (c->limits[i].what == CONTROL_CLEARANCE && left < 0) {
+            verdict_add(to, VERDICT_NOT_HELD,
+                        "the robot touches the surface, %.2g mm beyond it at most: it was not "
+                        "where the filter believed (control.estimate finds what is not known), or "
+                        "the inputs cannot keep it away",
+                        -1e3 * left);
+        }
+    }
     if (r->jitter > JITTER) {
         verdict_add(to, VERDICT_CHATTERS,
                     "inputs go to and fro by %.2g %% of their ranges a sample (they change by "

@@ -1,4 +1,5 @@
 /* cpinn-control: the closed loop of a scene in simulation; see --help. */
+#include "tools/environment/distance_grid.h"
 #include "tools/files/shapes_vtk.h"
 #include "tools/files/table_file.h"
 #include "tools/prepare/config_surrogate.h"
@@ -32,6 +33,9 @@ typedef struct controlling {
     config *nominal, *plant;
     surrogate_settings model;
     double truth[SCENE_PARAMETERS_MAX];
+    environment *environment; /* of a constrained clearance; NULL: there is none */
+    distance_grid *grid;
+    surroundings around;
     surrogate *trained, *inner; /* NULL: there is none */
     one_step step, inner_step;  /* of them */
     char model_text[400];
@@ -174,6 +178,36 @@ static ad_status find_model(controlling *controlling, ad_error *error)
     return status;
 }
 
+/* ---- surroundings -----------------------------------------------------------------------------
+ */
+
+static double of_line(const void *context, const double a[3], const double b[3])
+{
+    return environment_segment(context, a, b, INFINITY);
+}
+
+static ad_status open_surroundings(controlling *controlling, ad_error *error)
+{
+    const control_settings *c = &controlling->nominal->control;
+    bool wanted = false;
+    for (int i = 0; i < c->limit_count; i++) {
+        wanted = wanted || c->limits[i].what == CONTROL_CLEARANCE;
+    }
+    if (!wanted) {
+        return AD_OK;
+    }
+    ad_status status = environment_open(&c->environment, scene_length(&controlling->nominal->scene),
+                                        &controlling->environment, error);
+    status = status == AD_OK ? distance_grid_beside(controlling->environment, c->environment.side,
+                                                    &controlling->grid, error)
+                             : status;
+    if (status == AD_OK) {
+        controlling->around =
+            (surroundings){controlling->grid->field, of_line, controlling->environment};
+    }
+    return status;
+}
+
 /* ---- running ------------------------------------------------------------------------------- */
 
 static void add(controlling *controlling, const char *name, const control_settings *control)
@@ -218,6 +252,7 @@ static ad_status run_row(controlling *controlling, control_row *row, ad_error *e
                               .nominal = &controlling->nominal->scene,
                               .plant = &controlling->plant->scene,
                               .truth = controlling->truth,
+                              .around = controlling->grid ? &controlling->around : NULL,
                               .surrogate = controlling->trained ? &controlling->step : NULL,
                               .inner = controlling->inner ? &controlling->inner_step : NULL};
     ad_status status = loop_create(&setup, &row->loop, error);
@@ -253,6 +288,7 @@ static ad_status run(controlling *controlling, ad_error *error)
     if (status == AD_OK && !o->quiet) {
         scene_line_implausible(&controlling->nominal->scene);
     }
+    status = status == AD_OK ? open_surroundings(controlling, error) : status;
     status = status == AD_OK ? find_model(controlling, error) : status;
     if (status != AD_OK) {
         return controlling->nominal ? blame_key(controlling->nominal, error) : status;
@@ -352,6 +388,8 @@ int main(int argc, char **argv)
     for (int i = 0; i < x.count; i++) {
         loop_free(x.rows[i].loop);
     }
+    distance_grid_free(x.grid);
+    environment_free(x.environment);
     surrogate_one_step_free(&x.step);
     surrogate_one_step_free(&x.inner_step);
     surrogate_free(x.trained);

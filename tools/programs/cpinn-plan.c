@@ -19,9 +19,9 @@
 
 static const char program[] = "cpinn-plan";
 
-/* Points of shapes: of the search, few enough for compiled members; of the certificate. Nodes of
- * the grid; members that say how far the network is off. */
-enum { SEARCH_POINTS = 51, EXACT_POINTS = 121, GRID_NODES = 400000, VERIFIED = 500 };
+/* Points of shapes: of the search, few enough for compiled members; of the certificate;
+ * members that say how far the network is off. */
+enum { SEARCH_POINTS = 51, EXACT_POINTS = 121, VERIFIED = 500 };
 
 typedef struct options {
     const char *config, *out, *shapes, *run, *json;
@@ -178,14 +178,10 @@ static ad_status read_scene(planning *p, ad_error *error)
 static ad_status open_environment(planning *p, ad_error *error)
 {
     const environment_settings *const s = &p->read->plan.environment;
-    char kept[4200];
-    const char *const dot = strrchr(s->file, '.');
-    snprintf(kept, sizeof kept, "%.*s.distances.h5", (int)(dot ? dot - s->file : 4000), s->file);
     const ad_status status =
         environment_open(s, scene_length(&p->read->scene), &p->environment, error);
-    return status == AD_OK
-               ? distance_grid_create(p->environment, s->side, GRID_NODES, kept, &p->grid, error)
-               : status;
+    return status == AD_OK ? distance_grid_beside(p->environment, s->side, &p->grid, error)
+                           : status;
 }
 
 /* What a roadmap depends on, beside its variables and how near it goes to the surface. */
@@ -293,7 +289,7 @@ static void print_head(const planning *p)
                p->robot.high[k]);
     }
     printf("\nsurface of %zu triangles; grid of %.3g mm, %s\nsearch by %s\n", of->triangles,
-           1e3 * p->grid->cell, p->grid->was_kept ? "from its file" : "made", p->by);
+           1e3 * p->grid->field.cell, p->grid->was_kept ? "from its file" : "made", p->by);
 }
 
 static const char *const sources[] = {
@@ -349,7 +345,7 @@ static ad_status write_json(const void *of, ad_error *error)
         json_open(&to, "environment", '{');
         json_text(&to, "file", p->read->plan.environment.file);
         json_integer(&to, "triangles", (int64_t)environment_surface(p->environment)->triangles);
-        json_number(&to, "grid", p->grid->cell);
+        json_number(&to, "grid", p->grid->field.cell);
         json_close(&to, '}');
     }
     json_open(&to, "goals", '[');

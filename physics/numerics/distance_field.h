@@ -1,0 +1,18 @@
+/* Distances at the nodes of a grid of cubes, between which they are interpolated. Needs no library
+ * and allocates nothing: exported C has this very text. */
+#ifndef PHYSICS_NUMERICS_DISTANCE_FIELD_H
+#define PHYSICS_NUMERICS_DISTANCE_FIELD_H
+
+typedef struct distance_field {
+    int count[3];                   /* of nodes */
+    int inside;                     /* 1: what is free is within the surface; 0: around it */
+    double low[3], cell;            /* m: the first node, from one to the next */
+    double box_low[3], box_high[3]; /* around the surface, less than a cell within the grid */
+    const float *value;             /* [count[2]][count[1]][count[0]], m; negative: not free */
+} distance_field;
+
+/* Of p, m. Beyond the grid negative where what is free is within the surface, else no more than the
+ * distance: that from the box. gradient [3] of what is returned; NULL: not asked. */
+double distance_field_at(const distance_field *field, const double p[3], double *gradient);
+
+#endif
