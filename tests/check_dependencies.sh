@@ -60,7 +60,7 @@ find autodiff nn optim physics tests tools -name '*.[ch]' -exec \
         control = surrogate " tools/environment tools/control " # for types
         may["tools/environment"] = training " tools/environment "
         may["tools/plan"] = training " tools/environment tools/plan "
-        may["tools/optimize"] = training " tools/optimize "
+        may["tools/optimize"] = training " tools/environment tools/optimize "
         judging = control " tools/config tools/prepare tools/emit tools/library tools/judge "
         everything = judging " tools/picture tools/environment tools/plan tools/optimize tools/programs "
         may["tools/files"] = " tools/files autodiff "
