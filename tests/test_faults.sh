@@ -37,7 +37,6 @@ programs=('cpinn-train scene.yaml --out new --threads 1'
     'cpinn-solve scene.yaml --nodes 20 --out new.h5' 'cpinn-solve scene.yaml --path new.csv'
     'cpinn-check scene.yaml --threads 1' 'cpinn-export whole --c new'
     'cpinn-cases scene.yaml --out new --seconds 0.1 --threads 1' 'cpinn-show whole --out new.html'
-    'cpinn-stress --only slender/10 --method solver --out new.csv'
     'cpinn-bench scene.yaml --out new --methods w=adam:4 --networks 1x4 --seeds 1 --threads 1 --quiet'
     'cpinn-law law.csv --out new.csv --steps 2 --starts 1 --units 2' "cpinn-control $loop --json new.json"
     "cpinn-residual $arm --measured loop.csv --steps 1 --units 2 --out new.csv")

@@ -70,7 +70,7 @@ done
 if [ -c /dev/full ]; then
     for command in 'cpinn-train --help' "cpinn-train $elastica --print-config" 'cpinn-eval a' \
         'cpinn-eval a --json -' 'cpinn-check --version' 'cpinn-bench --help' 'cpinn-solve --help' \
-        'cpinn-cases --help' 'cpinn-stress --list' 'cpinn-control --help' 'cpinn-export --help' \
+        'cpinn-cases --help' 'cpinn-control --help' 'cpinn-export --help' \
         'cpinn-law --help' 'cpinn-residual --help' 'cpinn-show --help'; do
         got=0
         $command >/dev/full 2>stderr.txt || got=$?
@@ -124,32 +124,6 @@ run 0 cpinn-eval pinned --grid 3x1 --out pinned.csv
 check the sag within 1% -- awk -F, 'NR == 3 { off = $5 + 0.089443
     exit !(off < 9e-4 && off > -9e-4) }' pinned.csv
 rm -r pinned pinned.yaml pinned.csv
-
-run 0 cpinn-stress --help
-said stdout.txt '^usage: cpinn-stress '
-run 0 cpinn-stress --list --quick
-said stdout.txt '^  slender/10  +network +solved 1e-06 '
-run 0 cpinn-stress --only file/nan --only number/length-1e300 --out stress.csv
-said stdout.txt '^file/nan .* solved .* as expected'
-check a row for each scene and method -- test "$(wc -l <stress.csv)" -eq 5
-rm stress.csv
-refused '--only nothing: there is no such scene' cpinn-stress --only nothing
-refused '--method magic: allowed: network, solver' cpinn-stress --method magic
-refused 'none/stress.csv: no file can be written there' cpinn-stress --quick --out none/stress.csv
-
-TMPDIR=. cpinn-stress --only energy/50-periods --method network >stdout.txt 2>stderr.txt &
-pid=$!
-for _ in $(seq 200); do
-    test -e cpinn-stress-* && break
-    sleep 0.05
-done
-sleep 0.2
-kill -TERM "$pid"
-wait "$pid"
-check a signal ends it -- test $? -eq 143
-pid=
-check its folder is gone -- test -z "$(ls -d cpinn-stress-* 2>/dev/null)"
-refused 'unknown option --no-such-option' cpinn-stress --no-such-option
 
 # A quarter circle of radius 1 in the x-z plane.
 cat >bow.yaml <<'END'
@@ -457,7 +431,7 @@ shared=$(sed -n 's/^#define CLI_[A-Z]*(.*{"\(--[a-z]*\)".*/\1/p' "$ROOT/tools/pr
 check "shared options have one row" -- test "$(wc -w <<<"$shared")" -ge 9
 for name in $shared; do
     check "$name has one row and one help" -- test -z "$(grep -l "{\"$name\"" "$ROOT"/tools/programs/cpinn-*.c)$(
-        grep -l "^  $name " "$ROOT"/tools/programs/help/{train,solve,eval,check,bench,cases,control,export,law,optimize,plan,residual,show,stress}.txt)"
+        grep -l "^  $name " "$ROOT"/tools/programs/help/{train,solve,eval,check,bench,cases,control,export,law,optimize,plan,residual,show}.txt)"
 done
 for source in "$ROOT"/tools/programs/cpinn-*.c; do
     name=$(basename "$source" .c)

@@ -85,10 +85,7 @@ for count in 1 3; do
     check four runs -- test "$(grep -c '\[[1-4]/4\] elastica_deep ' stdout.txt)" -eq 4
     same <(timeless bench1/summary.csv) <(timeless bench$count/summary.csv)
     same bench1/about.txt bench$count/about.txt
-    run 0 ranks $count cpinn-stress --only quaternion --out stress$count.csv
-    same <(timeless stress1.csv) <(timeless stress$count.csv)
 done
-check rows of stress -- test "$(wc -l <stress1.csv)" -gt 3
 told '^cpinn-cases: .*missing.yaml: No such file' ranks 2 cpinn-cases few missing.yaml
 told 'cases1: there is a table already' ranks 2 cpinn-cases few --out cases1
 told '^--error tops: allowed' ranks 2 cpinn-bench "$elastica" --error tops

@@ -32,8 +32,8 @@ static const double GRAVITY = 300;
 /* Length over radius: what is shorter is no rod, and a hair of a metre has 3e4. */
 static const double SLENDERNESS[2] = {2, 5e4};
 
-/* Times what bends the rod. At 1 it bends by a large angle; cpinn-stress compares up to 1000, and
- * for moments up to 5 turns, 31. */
+/* Times what bends the rod. At 1 it bends by a large angle; tools/bench/stress.sh compares up to
+ * 1000, and for moments up to 5 turns, 31. */
 static const double LARGEST_LOAD = 1000, LARGEST_MOMENT = 100;
 
 static void warn(scene_warnings *all, const char *format, ...)

@@ -21,7 +21,6 @@ extern "C" {
     X(VERDICT_WARNING, "warning", 3, "there is an answer, and a reason to distrust it")            \
     X(VERDICT_STOPPED, "stopped", 1, "the computation ended early, without a whole answer")        \
     X(VERDICT_REFUSED, "refused", 2, "nothing was computed, because of the input")                 \
-    X(VERDICT_WRONG, "wrong", 1, "the answer is wrong, and no warning was given")                  \
     X(VERDICT_OUT_OF_TIME, "out of time", 1, "a time limit ended the computation")                 \
     X(VERDICT_HUNG, "hung", 1, "the process did not keep its time limit and was killed")           \
     X(VERDICT_CRASHED, "crashed", 1, "the process died")
@@ -112,8 +111,6 @@ extern "C" {
       "out of memory, a file that cannot be written, or steps that fail")                          \
     X(VERDICT_BAD_INPUT, "bad_input", VERDICT_REFUSED, "a file or an option is not valid")         \
     X(VERDICT_NO_METHOD, "no_method", VERDICT_REFUSED, "the method cannot compute this scene")     \
-    X(VERDICT_ERROR_ABOVE_BOUND, "error_above_bound", VERDICT_WRONG,                               \
-      "the error is larger than the bound that was expected")                                      \
     X(VERDICT_TIME_LIMIT, "time_limit", VERDICT_OUT_OF_TIME, "the time limit was reached")         \
     X(VERDICT_KILLED, "killed", VERDICT_HUNG, "the process was killed after its time limit")       \
     X(VERDICT_DIED, "died", VERDICT_CRASHED, "the process ended by a signal or without a result")

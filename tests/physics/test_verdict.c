@@ -103,7 +103,6 @@ static void test_words(void **state)
                                         "failed",
                                         "bad_input",
                                         "no_method",
-                                        "error_above_bound",
                                         "time_limit",
                                         "killed",
                                         "died"};

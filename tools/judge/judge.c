@@ -63,22 +63,13 @@ void judge_name_of_file(char name[JUDGE_NAME], const char *path)
     }
 }
 
-/* ---- answers ------------------------------------------------------------------------------- */
-
-void judge_instants(const scene *rod_scene, double t[JUDGE_INSTANTS])
-{
-    for (int j = 0; j < JUDGE_INSTANTS; j++) {
-        t[j] = scene_duration(rod_scene) * j / (JUDGE_INSTANTS - 1);
-    }
-}
-
 /* ---- scenes -------------------------------------------------------------------------------- */
 
 ad_status judge_read(const judge_task *task, config **settings, double *seconds, ad_error *error)
 {
     double began = train_seconds();
-    ad_status status = prepare_read_member(task->path, task->text, task->override_count,
-                                           task->overrides, NULL, settings, error);
+    ad_status status = prepare_read_member(task->path, NULL, task->override_count, task->overrides,
+                                           NULL, settings, error);
     if (seconds) {
         *seconds = train_seconds() - began;
     }
@@ -103,7 +94,6 @@ ad_status judge_open(const judge_task *task, bool own, experiment **e, reference
 judge_row judge_row_empty(void)
 {
     return (judge_row){.errors = {NAN, NAN, NAN},
-                       .error = NAN,
                        .seconds = NAN,
                        .unknowns = NAN,
                        .equations = NAN,

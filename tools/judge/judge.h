@@ -1,10 +1,9 @@
-/* A scene by a method: what cpinn-bench, cpinn-cases and cpinn-stress share. A scene is trained or
+/* A scene by a method: what cpinn-bench and cpinn-cases share. A scene is trained or
  * solved as the programs do it, and a row says how that ended, how wrong the answer is and what it
  * took. */
 #ifndef TOOLS_JUDGE_JUDGE_H
 #define TOOLS_JUDGE_JUDGE_H
 
-#include "tools/library/answer.h"
 #include "tools/prepare/config_session.h"
 
 enum { JUDGE_NAME = 64, JUDGE_FORM = 40 }; /* bytes of a name and of a form, the end included */
@@ -30,21 +29,6 @@ void judge_measures(const reference_errors *from, double errors[JUDGE_MEASURES])
 void judge_name(char name[JUDGE_NAME], const char *text);
 void judge_name_of_file(char name[JUDGE_NAME], const char *path);
 
-/* ---- an answer ----------------------------------------------------------------------------- */
-
-/* What a method has found, of a motion at the instants below and those of the reference. */
-typedef struct judge_answer {
-    answer found;
-    double errors[JUDGE_MEASURES]; /* NaN: the scene names no reference */
-} judge_answer;
-
-/* From 0 to the duration; zeros of a static scene. */
-enum { JUDGE_INSTANTS = 201 };
-void judge_instants(const scene *rod_scene, double t[JUDGE_INSTANTS]);
-
-/* An error of another kind; NaN: it cannot be told. */
-typedef ad_status judge_error(const judge_answer *a, double *value, ad_error *error);
-
 /* ---- tasks and rows ------------------------------------------------------------------------ */
 
 /* Called after every step of training, and once more at its end, when the trainer has a row of the
@@ -52,26 +36,21 @@ typedef ad_status judge_error(const judge_answer *a, double *value, ad_error *er
 typedef ad_status judge_step(void *context, session *s, bool is_last, ad_error *error);
 
 typedef struct judge_task {
-    const char *path;             /* of the YAML file, or the name that `text` goes by */
-    const char *text;             /* the YAML itself; NULL: that of the file */
+    const char *path;             /* of the YAML file */
     const char *const *overrides; /* [override_count], as for --set */
     int override_count;
     judge_method method;
-    int threads;          /* of a network; 0: one for each processor. The solver has one */
-    double seconds;       /* limit of training */
-    bool by_processor;    /* the limit is of the processor's time, which others do not shorten */
-    double patience;      /* s, of wall time: a process that takes longer is killed */
-    double tolerance;     /* of the solver; 0: its default */
-    judge_error *measure; /* `error` of the row; NULL: that of position */
-    judge_step *step;     /* of training; NULL: nobody looks on */
-    void *context;        /* of step */
+    int threads;      /* of a network; 0: one for each processor. The solver has one */
+    double seconds;   /* limit of training */
+    double patience;  /* s, of wall time: a process that takes longer is killed */
+    judge_step *step; /* of training; NULL: nobody looks on */
+    void *context;    /* of step */
 } judge_task;
 
 /* Numbers are NaN where there are none. No pointers: rows come from other processes. */
 typedef struct judge_row {
     verdict verdict;
     double errors[JUDGE_MEASURES]; /* of a motion, once all its windows are trained */
-    double error;                  /* that of the task's measure */
     double seconds;                /* from reading the file to the answer, without comparing it */
     double unknowns;               /* of a network: its outputs */
     double equations;

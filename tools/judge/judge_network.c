@@ -2,20 +2,14 @@
 #include "tools/judge/judge.h"
 #include "tools/judge/signals.h"
 
-#include <time.h>
-
-/* Of training, without its rows of history; or of the processor. */
-static double seconds_spent(const judge_task *task, const session *s, clock_t began)
+/* Of training, without its rows of history. */
+static double seconds_spent(const session *s)
 {
-    const fit *f = trainer_fit(s->trainer);
-    const trainer_info *info = trainer_inspect(s->trainer);
-    return task->by_processor ? (double)(clock() - began) / CLOCKS_PER_SEC
-                              : fit_seconds(f) - info->row_seconds;
+    return fit_seconds(trainer_fit(s->trainer)) - trainer_inspect(s->trainer)->row_seconds;
 }
 
 static ad_status train(session *s, const judge_task *task, verdict *found, ad_error *error)
 {
-    clock_t began = clock();
     ad_status status = AD_OK;
     while (status == AD_OK && trainer_fit(s->trainer)->state == FIT_RUNNING) {
         if (signals_caught()) {
@@ -23,7 +17,7 @@ static ad_status train(session *s, const judge_task *task, verdict *found, ad_er
             verdict_add(found, VERDICT_SIGNAL, "stopped");
             break;
         }
-        if (seconds_spent(task, s, began) >= task->seconds) {
+        if (seconds_spent(s) >= task->seconds) {
             verdict_add(found, VERDICT_TIME_LIMIT, "%g s in window %d of %d", task->seconds,
                         s->e->window + 1, s->e->scene->windows);
             break;
@@ -45,27 +39,6 @@ static ad_status last_row(const session *s, ad_error *error)
     return is_there || step == 0 ? AD_OK : trainer_add_row(s->trainer, error);
 }
 
-static ad_status measure(const session *s, const judge_task *task, judge_row *row, ad_error *error)
-{
-    const experiment *e = s->e;
-    judge_answer judged;
-    field *trained = NULL;
-    if (!task->measure) {
-        row->error = row->errors[JUDGE_POSITION];
-        return AD_OK;
-    }
-    for (int i = 0; i < JUDGE_MEASURES; i++) {
-        judged.errors[i] = row->errors[i];
-    }
-    ad_status status = experiment_field(e, NULL, &trained, error);
-    if (status == AD_OK) {
-        judged.found = answer_of_network(trained, experiment_parameters(e), e->scene);
-        status = task->measure(&judged, &row->error, error);
-    }
-    field_free(trained);
-    return status;
-}
-
 /* Errors of a motion count once its windows are all trained. */
 static ad_status conclude(session *s, const judge_task *task, judge_row *row, ad_error *error)
 {
@@ -80,7 +53,6 @@ static ad_status conclude(session *s, const judge_task *task, judge_row *row, ad
     }
     if (status == AD_OK && f->state == FIT_OVER) {
         trainer_verdict(s->trainer, &row->verdict);
-        status = measure(s, task, row, error);
     }
     return status;
 }
@@ -100,10 +72,8 @@ ad_status judge_by_network(const judge_task *task, judge_row *row, ad_error *err
     } else {
         judge_describe(&s, row);
         status = train(&s, task, &row->verdict, error);
-        const fit *f = trainer_fit(s.trainer);
-        const trainer_info *info = trainer_inspect(s.trainer);
-        row->seconds = reading + fit_seconds(f) - info->row_seconds;
-        row->steps = (double)f->at.step;
+        row->seconds = reading + seconds_spent(&s);
+        row->steps = (double)trainer_fit(s.trainer)->at.step;
         status = status == AD_OK ? conclude(&s, task, row, error) : status;
         if (status != AD_OK) {
             verdict_add(&row->verdict,

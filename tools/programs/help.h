@@ -20,7 +20,6 @@ extern const char *const help_shared[];
 extern const char *const help_show[];
 extern const char *const help_solve[];
 extern const char *const help_step[];
-extern const char *const help_stress[];
 extern const char *const help_train[];
 
 #endif

@@ -15,7 +15,7 @@ PAGES = ["README.md", "configs/README.md", "configs/cases/README.md", "configs/t
          "autodiff/README.md", "tools/bench/README.md", "tools/site/pages/*.md",
          "tools/python/README.md", "CHANGELOG.md", "CONTRIBUTING.md"]
 PROGRAMS = ["train", "eval", "solve", "show", "export", "control", "check", "law", "residual",
-            "cases", "bench", "stress"]
+            "cases", "bench"]
 LINK = re.compile(r'(\]\(|<img src=")([^)"#]+)')
 
 
