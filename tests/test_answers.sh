@@ -99,7 +99,6 @@ run 0 cpinn-eval strain --members far.csv --out far_shapes.csv --grid 2 --extrap
 check outside is marked -- test "$(value far_shapes.csv 2 outside)$(value far_shapes.csv 3 outside)" = 01
 refused 'nothing would be written' cpinn-eval strain --members members.csv
 refused 'allowed: one of them' cpinn-eval strain --at push=1,stiff=1 --verify 5
-refused 'of a family' cpinn-eval strain --at push=1,stiff=1 --speed
 refused '--polish 3: allowed' cpinn-eval strain --at push=1,stiff=1 --polish 3
 refused 'no_such.csv' cpinn-eval strain --members no_such.csv --out none.csv
 cpinn-train "$elastica" --out single --quiet >/dev/null 2>&1

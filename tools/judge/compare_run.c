@@ -241,8 +241,8 @@ static ad_status solve(const judge_task *task, judge_measure measure, compare_ru
     sweep x = {.task = task, .measure = measure, .run = run, .error = error};
     ad_status status = judge_open(task, true, &x.e, &x.known, NULL, error);
     if (status == AD_OK) {
-        status = solve_sweep(x.e->scene, &(solve_settings){.perturbation = 0},
-                             reference_points(x.known), reference_t(x.known), add_row, &x, error);
+        status = solve_sweep(x.e->scene, reference_points(x.known), reference_t(x.known), add_row,
+                             &x, error);
         status = status == AD_OK ? x.status : status;
     }
     if (status == AD_BAD_ARGUMENT) { /* a scene that the solver does not take */

@@ -4,16 +4,11 @@
 #include "tools/train/clock.h"
 
 #include <math.h>
-#include <stdlib.h>
-#include <string.h>
 
 enum { REPEATS = 5 };
 
 static const int at_rest[] = {2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48, 64, 96, 128, 192, 256};
 static const int moving[] = {5, 7, 9, 11, 13, 17, 21};
-static const int modes[][4] = {{2, 1, 2, 1},    {3, 2, 2, 2},    {4, 2, 3, 3},
-                               {5, 3, 4, 4},    {7, 4, 6, 6},    {9, 5, 8, 8},
-                               {12, 6, 10, 10}, {16, 8, 14, 14}, {20, 12, 20, 20}};
 static const double rounding = 1e-14;
 
 /* Everything counts, the scene's formulas included. */
@@ -35,29 +30,22 @@ static ad_status solve_repeatedly(const scene *rod_scene, const solve_settings *
     return status;
 }
 
-ad_status solve_sweep(const scene *rod_scene, const solve_settings *like, size_t count,
-                      const double *times, solve_sweep_row *row, void *context, ad_error *error)
+ad_status solve_sweep(const scene *rod_scene, size_t count, const double *times,
+                      solve_sweep_row *row, void *context, ad_error *error)
 {
-    const bool dynamic = scene_is_dynamic(rod_scene), in_modes = like->method == SOLVE_MODES;
-    const size_t rows = in_modes  ? sizeof modes / sizeof *modes
-                        : dynamic ? sizeof moving / sizeof *moving
-                                  : sizeof at_rest / sizeof *at_rest;
-    solve_settings settings = {
-        .tolerance = 1e-1, .perturbation = like->perturbation, .method = like->method};
+    const bool dynamic = scene_is_dynamic(rod_scene);
+    const size_t rows = dynamic ? sizeof moving / sizeof *moving : sizeof at_rest / sizeof *at_rest;
+    solve_settings settings = {.tolerance = 1e-1};
     for (size_t i = 0; i < rows; i++) {
         solution *solved = NULL;
         solve_report report;
         double seconds = 0, found = INFINITY;
-        if (in_modes) {
-            memcpy(settings.modes, modes[i], sizeof settings.modes);
-        } else {
-            settings.nodes = dynamic ? moving[i] : at_rest[i];
-        }
+        settings.nodes = dynamic ? moving[i] : at_rest[i];
         settings.tolerance /= 10;
         ad_status status =
             solve_repeatedly(rod_scene, &settings, count, times, &solved, &report, &seconds, error);
         if (status == AD_OK && (dynamic || report.load_fraction == 1)) {
-            found = row(context, in_modes ? report.mode_count : report.nodes, seconds, solved);
+            found = row(context, report.nodes, seconds, solved);
         }
         solution_free(solved);
         if (status != AD_OK || !(found >= rounding)) {

@@ -20,16 +20,12 @@
 
 static const char program[] = "cpinn-eval";
 
-/* Repeated evaluations are timed over at least this long, in batches of at least so many points. */
-static const double TIMED_SECONDS = 0.2;
-enum { TIMED_POINTS = 4096 };
-
 typedef struct options {
     const char *checkpoint, *out;
     samples_asked where;
     int threads;
     const char *json; /* file, or - */
-    bool speed, quiet;
+    bool quiet;
     cli_list overrides;
     eval_family_options family;
     eval_rollouts_options rollouts;
@@ -50,7 +46,7 @@ typedef struct evaluation {
     reference *known;
     field *field; /* NULL: of a family that is answered with errors */
     eval_family family;
-    samples samples; /* none without --out or --speed */
+    samples samples; /* none without --out */
     samples tip;     /* s = length at the last time that is trained */
     progress progress;
     bool is_judged;
@@ -59,7 +55,6 @@ typedef struct evaluation {
     double estimate;        /* of the error of the position over the length */
     ad_error unknown;       /* why it is not known */
     learnt_balance balance; /* in motion to the end of what is trained */
-    double rate;            /* evaluations per second; NaN: not asked for */
 } evaluation;
 
 static void evaluation_free(evaluation *evaluation)
@@ -117,33 +112,6 @@ static ad_status evaluate_tip(evaluation *evaluation, ad_error *error)
     *evaluation->tip.s = scene_length(evaluation->e->scene);
     *evaluation->tip.t = experiment_until(evaluation->e);
     return evaluate(evaluation, &evaluation->tip, error);
-}
-
-/* Evaluates the points again and again, in batches that are large enough to be timed. */
-static ad_status measure(evaluation *evaluation, ad_error *error)
-{
-    const answer network = network_of(evaluation);
-    const samples *p = &evaluation->samples;
-    samples batch = {.count = 0};
-    size_t done = 0;
-    ad_status status =
-        samples_make(&batch, p->count > TIMED_POINTS ? p->count : TIMED_POINTS, error);
-    for (size_t i = 0; i < batch.count && status == AD_OK; i++) {
-        batch.s[i] = p->s[i % p->count];
-        batch.t[i] = p->t[i % p->count];
-    }
-    status = status == AD_OK ? samples_ask(&batch, &network, error) : status;
-    const double start = train_seconds();
-    double spent = 0;
-    while (status == AD_OK && spent < TIMED_SECONDS) {
-        status =
-            network.kind->at_points(&network, batch.count, batch.s, batch.t, batch.values, error);
-        spent = train_seconds() - start;
-        done += batch.count;
-    }
-    evaluation->rate = (double)done / spent;
-    samples_free(&batch);
-    return status;
 }
 
 /* A reference that cannot be had is worth a warning: the network can still be evaluated. */
@@ -218,13 +186,6 @@ static void print_tip(const evaluation *evaluation)
     putchar('\n');
 }
 
-static void print_speed(const evaluation *evaluation)
-{
-    printf("speed: %.3g evaluations per second of all %d columns, on %d thread%s\n",
-           evaluation->rate, field_columns(evaluation->field), ad_pool_threads(evaluation->e->pool),
-           ad_pool_threads(evaluation->e->pool) == 1 ? "" : "s");
-}
-
 static void print_report(const evaluation *evaluation)
 {
     print_progress(evaluation);
@@ -254,9 +215,6 @@ static void print_report(const evaluation *evaluation)
         print_reference(evaluation);
     } else if (!evaluation->e->warning[0]) {
         printf("no reference to compare with\n");
-    }
-    if (evaluation->asked.speed) {
-        print_speed(evaluation);
     }
     if (evaluation->asked.out) {
         printf("wrote %s: %zu points\n", evaluation->asked.out, evaluation->samples.count);
@@ -322,7 +280,6 @@ static ad_status write_json(const evaluation *evaluation, ad_error *error)
     json_number(&to, "energy_out_of_balance", evaluation->balance.energy);
     json_number(&to, "momentum_out_of_balance", evaluation->balance.momentum);
     report_reference(&to, evaluation->known, &evaluation->errors);
-    json_number(&to, "evaluations_per_second", evaluation->rate);
     json_integer(&to, "threads", ad_pool_threads(evaluation->e->pool));
     json_integer(&to, "points", (int64_t)evaluation->samples.count);
     json_text(&to, "out", evaluation->asked.out);
@@ -384,8 +341,7 @@ static ad_status run_family(evaluation *evaluation, ad_error *error)
     eval_family_options asked = o->family;
     asked.threads = o->threads;
     asked.out = o->out;
-    const char *conflict =
-        o->speed ? "--speed: of a family --verify measures it" : eval_family_conflict(&asked);
+    const char *conflict = eval_family_conflict(&asked);
     if (conflict) {
         return ad_fail(error, AD_BAD_ARGUMENT, "%s", conflict);
     }
@@ -406,9 +362,8 @@ static ad_status evaluate_points(evaluation *evaluation, ad_error *error)
     if (status == AD_OK) {
         status = evaluate(evaluation, &evaluation->samples, error);
     }
-    return status == AD_OK && evaluation->asked.out
-               ? samples_write(&evaluation->samples, evaluation->asked.out, error)
-               : status;
+    return status == AD_OK ? samples_write(&evaluation->samples, evaluation->asked.out, error)
+                           : status;
 }
 
 static ad_status run(evaluation *evaluation, ad_error *error)
@@ -442,7 +397,7 @@ static ad_status run(evaluation *evaluation, ad_error *error)
     if (status == AD_OK) {
         status = evaluate_tip(evaluation, error);
     }
-    if (status == AD_OK && (o->out || o->speed)) {
+    if (status == AD_OK && o->out) {
         status = evaluate_points(evaluation, error);
     }
     if (status == AD_OK) {
@@ -458,7 +413,7 @@ static ad_status run(evaluation *evaluation, ad_error *error)
         evaluation->balance = experiment_balance(evaluation->e, evaluation->member);
         status = compare(evaluation, error);
     }
-    return status == AD_OK && o->speed ? measure(evaluation, error) : status;
+    return status;
 }
 
 /* Several processes share what takes long. */
@@ -475,8 +430,7 @@ static int go(const ad_ranks *ranks, int argc, char **argv)
 {
     evaluation x = {.asked = {.family = {.polish = -1, .seed = -1, .ranks = ranks},
                               .rollouts = {.tolerance = NAN, .ranks = ranks},
-                              .ranks = ranks},
-                    .rate = NAN};
+                              .ranks = ranks}};
     x.family.shapes = &x.samples;
     eval_family_options *f = &x.asked.family;
     eval_rollouts_options *r = &x.asked.rollouts;
@@ -494,7 +448,6 @@ static int go(const ad_ranks *ranks, int argc, char **argv)
                                CLI_SEED(&f->seed),
                                {"--rollouts", "N", CLI_INTEGER, &r->count, 1, 10000},
                                {"--tolerance", "X", CLI_NUMBER, &r->tolerance, 0, 1},
-                               {"--speed", NULL, CLI_FLAG, &x.asked.speed, 0, 0},
                                CLI_JSON(&x.asked.json),
                                CLI_THREADS(&x.asked.threads),
                                CLI_QUIET(&x.asked.quiet)};
@@ -511,8 +464,8 @@ static int go(const ad_ranks *ranks, int argc, char **argv)
         return cli_fail(program, "--tolerance: of --rollouts; allowed: the two together");
     }
     if (r->count > 0) {
-        if (x.asked.where.grid || x.asked.where.points || x.asked.speed ||
-            x.asked.overrides.count > 0 || f->at || f->members || f->verify) {
+        if (x.asked.where.grid || x.asked.where.points || x.asked.overrides.count > 0 || f->at ||
+            f->members || f->verify) {
             return cli_fail(program, "--rollouts: allowed beside it: --out DIR, --tolerance, "
                                      "--seed, --json, --quiet, --threads");
         }
@@ -524,8 +477,7 @@ static int go(const ad_ranks *ranks, int argc, char **argv)
         r->quiet = x.asked.quiet;
         return eval_rollouts_run(program, r);
     }
-    status = samples_check(program, &x.asked.where,
-                           x.asked.out || x.asked.speed || f->at || f->verify > 0);
+    status = samples_check(program, &x.asked.where, x.asked.out || f->at || f->verify > 0);
     if (status != CLI_RUN) {
         return status;
     }

@@ -12,7 +12,6 @@
 #include "tools/programs/solution_print.h"
 #include "tools/programs/state_file.h"
 #include "tools/programs/unknowns.h"
-#include "tools/programs/work_precision.h"
 #include "tools/train/clock.h"
 #include "tools/train/report.h"
 
@@ -23,7 +22,7 @@
 static const char program[] = "cpinn-solve";
 
 typedef struct options {
-    const char *config, *out, *work_precision;
+    const char *config, *out;
     samples_asked where;
     cli_list overrides;
     const char *at;
@@ -117,12 +116,9 @@ static solve_settings settings_of(const options *o)
                             .modes = {o->modes[0], o->modes[1], o->modes[2], o->modes[3]}};
 }
 
-/* With --work-precision the tolerance is only that of the solution that others are compared with.
- */
 static void judge(solving *solving)
 {
-    solve_settings settings = settings_of(&solving->asked);
-    settings.nodes = solving->asked.work_precision ? solving->report.nodes : settings.nodes;
+    const solve_settings settings = settings_of(&solving->asked);
     solution_verdict(solving->solved, solving->scene, &settings, &solving->report,
                      &solving->verdict);
 }
@@ -202,26 +198,9 @@ static ad_status open_reference(solving *solving, ad_error *error)
     return status;
 }
 
-/* The tolerance without --tolerance, and that of the solution with which others are compared. */
-static void choose_tolerance(solving *solving)
-{
-    double *tolerance = &solving->asked.tolerance,
-           usual = solve_settings_default(solving->scene).tolerance;
-    if (*tolerance == 0) {
-        *tolerance = usual;
-    }
-    if (solving->asked.work_precision && solving->asked.method != SOLVE_MODES) {
-        *tolerance = fmin(*tolerance, usual / 100);
-    }
-}
-
-/* With --work-precision modes are compared with spectral elements. */
 static ad_status solve(solving *solving, ad_error *error)
 {
     solve_settings settings = settings_of(&solving->asked);
-    if (solving->asked.work_precision) {
-        settings.method = SOLVE_COLLOCATION;
-    }
     settings.from = solving->from;
     settings.from_count = solving->from_count;
     double start = train_seconds();
@@ -245,8 +224,8 @@ static ad_status find_unknowns(solving *solving, ad_error *error)
         return status;
     }
     snprintf(solving->name, sizeof solving->name, "%s", solving->unknown.settings->settings.name);
-    solving->only_identified = !o->at && !o->out && !o->path && !o->work_precision &&
-                               unknowns_leave_family(&solving->unknown, o->at);
+    solving->only_identified =
+        !o->at && !o->out && !o->path && unknowns_leave_family(&solving->unknown, o->at);
     if (o->search.signal) {
         solving->only_identified = true;
         solving->verdict.signal = o->search.signal;
@@ -283,9 +262,9 @@ static ad_status check_method(const solving *solving, ad_error *error)
 static ad_status prepare(solving *solving, ad_error *error)
 {
     const options *o = &solving->asked;
-    const char *const tables[] = {o->work_precision, o->path, o->state_out};
+    const char *const tables[] = {o->path, o->state_out};
     ad_status status = o->out ? shapes_check_path(o->out, error) : AD_OK;
-    for (int i = 0; i < 3 && status == AD_OK; i++) {
+    for (int i = 0; i < 2 && status == AD_OK; i++) {
         status = tables[i] ? table_check_path(tables[i], error) : AD_OK;
     }
     status = status == AD_OK ? json_check_path(o->json, error) : status;
@@ -302,7 +281,9 @@ static ad_status prepare(solving *solving, ad_error *error)
     }
     solving->scene = &solving->settings->scene;
     snprintf(solving->name, sizeof solving->name, "%s", solving->settings->settings.name);
-    choose_tolerance(solving);
+    if (solving->asked.tolerance == 0) {
+        solving->asked.tolerance = solve_settings_default(solving->scene).tolerance;
+    }
     status = samples_choose(&solving->grid, &o->where, NULL, solving->scene,
                             scene_duration(solving->scene), error);
     status = status == AD_OK ? check_method(solving, error) : status;
@@ -376,11 +357,6 @@ static ad_status run(solving *solving, ad_error *error)
             printf("wrote %s: %zu points\n", o->out, solving->grid.count);
         }
     }
-    if (status == AD_OK && o->work_precision) {
-        const solve_settings like = settings_of(o);
-        status = work_precision_write(solving->scene, &like, solving->solved, &solving->grid,
-                                      o->work_precision, !o->quiet, error);
-    }
     return status;
 }
 
@@ -433,7 +409,6 @@ int main(int argc, char **argv)
         CLI_OUT(&o->out),
         CLI_GRID(&o->where.grid),
         CLI_POINTS(&o->where.points),
-        {"--work-precision", "CSV", CLI_TEXT, &o->work_precision, 0, 0},
         CLI_SET(&o->overrides),
         CLI_AT(&o->at),
         CLI_THREADS(&o->threads),
@@ -463,13 +438,7 @@ int main(int argc, char **argv)
     if (o->method != SOLVE_MODES && o->from) {
         return cli_fail(program, "--from is given; allowed: with --method modes");
     }
-    if ((o->nodes > 0 || o->mode_counts || o->from) && o->work_precision) {
-        return cli_fail(program, "--%s and --work-precision are given; allowed: one of the two",
-                        o->nodes > 0 ? "nodes"
-                        : o->from    ? "from"
-                                     : "modes");
-    }
-    status = samples_check(program, &o->where, o->out || o->work_precision);
+    status = samples_check(program, &o->where, o->out);
     if (status != CLI_RUN) {
         return status;
     }
