@@ -129,6 +129,9 @@ else:
     sizes = torch.tensor([1e6, 1, 0.1], dtype=torch.float64)
     assert torch.autograd.gradcheck(lambda x: shapes(x * sizes)[..., :3], (given,), eps=1e-4,
                                     atol=1e-5, rtol=1e-3)
+    solved = torch.tensor(at, requires_grad=True)  # where members were made for
+    cpinn.torch.family_function(members)(solved)[:, -1, 2].sum().backward()
+    assert numpy.array_equal(solved.grad.numpy(), members.jacobian(at).jacobian[:, -1, 2])
 
 # JAX.
 try:
@@ -153,3 +156,6 @@ else:
     shapes = cpinn.jax.family_function(family, s)
     back = jax.grad(lambda at: shapes(at)[:, -1, 2].sum())(at)
     assert numpy.allclose(back, family.jacobian(at, s).jacobian[:, -1, 2], rtol=1e-12, atol=0)
+    alone = cpinn.jax.family_function(members)
+    back = jax.grad(lambda at: alone(at)[:, -1, 2].sum())(at)
+    assert numpy.allclose(back, members.jacobian(at).jacobian[:, -1, 2], rtol=1e-12, atol=0)

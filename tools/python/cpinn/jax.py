@@ -9,7 +9,7 @@ In doubles where JAX has them: jax.config.update("jax_enable_x64", True).
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Optional
 
 import jax
 import numpy
@@ -52,11 +52,12 @@ def function(model: Model, names: str) -> Callable[..., Any]:
         *(jax.numpy.asarray(x, float) for x in (s, t))))
 
 
-def family_function(family: Family, s: Numbers, t: Numbers = 0.0) -> Callable[[Any], Any]:
-    """Shapes (members, points, columns) of a family at places s (m, ascending), as a function of
-    parameters (members, parameters), with its gradient. Not under vmap: members are the batch."""
-    points = numpy.broadcast(numpy.asarray(s), numpy.asarray(t)).size
-    width = (points, len(family.columns))
+def family_function(family: Family, s: Optional[Numbers] = None,
+                    t: Numbers = 0.0) -> Callable[[Any], Any]:
+    """Shapes (members, points, columns) of a family at places s (m, ascending; of `Members` those of
+    its making), as a function of parameters (members, parameters), with its gradient. Not under
+    vmap: members are the batch."""
+    width = family.evaluate(numpy.zeros((0, len(family.ranges))), s, t).values.shape[1:]
 
     @jax.custom_jvp
     def value(at: Any) -> Any:

@@ -8,7 +8,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Optional
 
 import numpy
 import torch
@@ -65,7 +65,8 @@ class _Shapes(torch.autograd.Function):  # type: ignore[misc, unused-ignore]
         return None, None, None, torch.einsum("mpc,mpck->mk", gradients[0], *ctx.saved_tensors)
 
 
-def family_function(family: Family, s: Numbers, t: Numbers = 0.0) -> Callable[[Any], Any]:
-    """Shapes (members, points, columns) of a family at places s (m, ascending), as a function of a
-    tensor of parameters (members, parameters), with its gradient."""
+def family_function(family: Family, s: Optional[Numbers] = None,
+                    t: Numbers = 0.0) -> Callable[[Any], Any]:
+    """Shapes (members, points, columns) of a family at places s (m, ascending; of `Members` those of
+    its making), as a function of a tensor of parameters (members, parameters), with its gradient."""
     return lambda at: _Shapes.apply(family, s, t, at)
