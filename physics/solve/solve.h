@@ -1,13 +1,13 @@
 /* Classical solutions of a scene, without a network: the face of the library cpinn_solve.
  *
  * Rods at rest: collocation at Gauss points along the rod, of position, rotation, force and moment,
- * with Newton's method and continuation of the loads from 0. Many at once, with parameters that differ, are solved by physics/chain/solve_members.h. Rods
- * in motion: spectral elements between places where something jumps. Steps of time are by
- * Runge-Kutta: implicit where the motion is slow, or composed of free motion and forces where every
- * vibration has to be followed, as after a sudden load. Or a few modes of the strains
- * (SOLVE_MODES). Beams of small deflection: collocation along the beam and in time, linear.
- * Stiffness, inertia and damping may vary along the rod, loads, gravity, prescribed ends and the
- * rest shape with time.
+ * with Newton's method and continuation of the loads from 0. Many at once, with parameters that
+ * differ, are solved by physics/chain/solve_members.h. Rods in motion: spectral elements between
+ * places where something jumps. Steps of time are by Runge-Kutta: implicit where the motion is
+ * slow, or composed of free motion and forces where every vibration has to be followed, as after a
+ * sudden load. Or a few modes of the strains (SOLVE_MODES). Beams of small deflection: collocation
+ * along the beam and in time, linear. Stiffness, inertia and damping may vary along the rod, loads,
+ * gravity, prescribed ends and the rest shape with time.
  *
  *   solve_settings settings = solve_settings_default(&scene);    of a scene that scene_check and
  *   solution_create(&scene, &settings, count, times,             the check of its model passed
