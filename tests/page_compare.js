@@ -3,12 +3,12 @@
  * is known of them, against those that compiled C has written (export_shapes.c). Both come from one
  * text; what differs is rounding of sin and the like, and its order: 1e-12 of the largest of each
  * column, of distances that of the length. Steps from what is not trusted make more of rounding. */
-const fs = require("fs");
+const fs = require("fs"), zlib = require("zlib");
 const page = fs.readFileSync(process.argv[2], "utf8");
 const data = /<script type="application\/json" id="data">([^]*?)<\/script>/.exec(page)[1];
 const { live } = JSON.parse(data), members = JSON.parse(fs.readFileSync(process.argv[3], "utf8"));
 const module_ = new WebAssembly.Instance(new WebAssembly.Module(
-    Buffer.from(live.module, "base64")), { env: Math }).exports;
+    zlib.inflateSync(Buffer.from(live.module, "base64"))), { env: Math }).exports;
 const numbers = (at, count) => new Float64Array(module_.memory.buffer, at(), count);
 const width = live.columns.length, parameters = numbers(module_.parameters, live.parameters.length);
 const shape = numbers(module_.shape, live.points * width), said = numbers(module_.said, 3);

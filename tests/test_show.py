@@ -333,12 +333,67 @@ def moves(browser, path):
           f"{near[0]} members off by {near[1]:.1e} of the length")
 
 
+def drags(browser, path):
+    """The tip to the tips of members that cpinn has found, from the middle of all sliders: 1e-6 of the
+    length is how near the page is to cpinn. Then to lines of sight through them, from nearby, since a line
+    may meet all that is reachable twice, or pass it; by the mouse, which is
+    on a pixel; and to where no tip is."""
+    found = browser.evaluate("""(() => { const live = sliders.live, all = live.data.parameters;
+        const tips = new Float64Array(bytesOf(live.data.tips).buffer), row = all.length + 3;
+        const axes = [[1, 0, 0], [0, 1, 0], [0, 0, 1]], moves = all.map(() => true);
+        const middle = () => { live.values = all.map(p => live.valueAt(p, 0.5)); };
+        const slow = [], eye = sliders.player.picture.camera.placeOf([0, 0, 0]);
+        let far = 0, besides = 0, count = 0, other = 0;
+        for (let i = 0; i < live.data.members; i++) {
+            const tip = tips.subarray(i * row + all.length, (i + 1) * row);
+            if (!Number.isFinite(tip[0])) continue;
+            middle();
+            const start = performance.now();
+            live.reach(tip, axes, moves);
+            slow.push(performance.now() - start);
+            far = Math.max(far, live.reach(tip, axes, moves) / live.data.length);
+            all.forEach((p, k) => { other = Math.max(other,
+                Math.abs(live.partOf(p, live.values[k]) - live.partOf(p, tips[i * row + k]))); });
+            live.values = all.map((p, k) => live.valueAt(p, 0.05 + 0.9 * live.partOf(p, tips[i * row + k])));
+            sliders.drag(eye, tip);
+            besides = Math.max(besides, sliders.left / live.data.length);
+            count++;
+        }
+        middle();
+        sliders.change();
+        return [count, far, besides, other, slow.sort((a, b) => a - b)[slow.length >> 1]]; })()""")
+    assert found[0] > 100 and max(found[1:3]) <= 1e-6, (path, found)
+    at, to, box, size = browser.evaluate("""(() => { const live = sliders.live, row = live.data.parameters.length + 3;
+        const tips = new Float64Array(bytesOf(live.data.tips).buffer), camera = sliders.player.picture.camera;
+        const box = byId('labels').getBoundingClientRect();
+        return [camera.project(live.answer.tip), camera.project(tips.subarray(2 * row - 3, 2 * row)),
+            [box.left, box.top], camera.distance / camera.height]; })()""")
+    for kind, place in (("mousePressed", at), ("mouseMoved", to), ("mouseReleased", to)):
+        browser.call("Input.dispatchMouseEvent", type=kind, x=box[0] + place[0], y=box[1] + place[1],
+                     button="left", buttons=int(kind != "mouseReleased"), clickCount=1)
+    left, now, said = browser.evaluate("""[sliders.left,
+        sliders.player.picture.camera.project(sliders.live.answer.tip), byId('answer').textContent]""")
+    assert math.hypot(now[0] - to[0], now[1] - to[1]) < 2, (path, at, to, now, left)
+    assert left < size, (path, left, size)  # about a pixel
+    browser.evaluate("sliders.drag([10, 0, 10], [10, 0, 0])")  # down a line
+    far, said = browser.evaluate("""[[sliders.left, Math.hypot(sliders.live.answer.tip[0] - 10,
+        sliders.live.answer.tip[1])], byId('answer').textContent]""")
+    assert abs(far[0] - far[1]) < 1e-9 and far[0] > 9 and "Not reached" in said, (path, far, said)
+    held = browser.evaluate("""(() => { sliders.rows.forEach(row => { row.ticked.checked = false; });
+        const before = sliders.live.values.slice(); sliders.drag([0, 0, 10], [0, 0, 0]);
+        return sliders.live.values.every((x, k) => x === before[k]); })()""")
+    assert held, path
+    print(f"{path}: dragged to {found[0]} tips, off by {found[1]:.1e} and {found[2]:.1e} of the length, "
+          f"parameters by {found[3]:.1e} of their ranges, {found[4]:.2f} ms each")
+
+
 def looks(browser, path, kind):
     """A page of any kind: it is drawn, plays at the space key, fits a telephone, without errors."""
     browser.open(path)
     frames = browser.evaluate("report.live ? 1 : report.motion ? report.motion.frames : 0")
     if browser.evaluate("!!report.live"):
         moves(browser, path)
+        drags(browser, path)
     if frames:
         box = browser.evaluate("(() => { const b = byId('stage').getBoundingClientRect();"
                                "return [b.left, b.top, b.width, b.height].map(Math.floor) })()")

@@ -9,7 +9,8 @@
 /* The three texts, the last of them what the module exports; <math.h>, which is also <string.h>. */
 enum { MATH = EXPORT_TEXTS, FILES = MATH + 2 };
 
-#define NAME "rod"
+#define NAME    "rod"
+#define REACHED 1e-9 /* m: the tip is there */
 
 /* All numbers as one column. */
 static ad_status record(const scene *of, int drawn, const export_drawn *list, ad_tape *tape,
@@ -85,6 +86,8 @@ static ad_status write_text(void *of, int which, FILE *file, ad_error *error)
     }
     fputs("#include \"" NAME ".h\"\n\n", file);
     const ad_status status = write_drawn(x->of, x->drawn, x->list, file, error);
+    fprintf(file, "#define WHOLE_FUNCTION static\n#define REACHED %.17g\n", REACHED);
+    export_put_lines(NAME, EXPORT_DOUBLE, export_module_seek, file);
     export_put_lines(NAME, EXPORT_DOUBLE, export_module_functions, file);
     return status;
 }
@@ -116,6 +119,7 @@ ad_status export_module_create(const experiment *e, int places, const double *s,
     page x = {.family = {.name = NAME}, .of = e->scene, .drawn = drawn, .list = list};
     *bytes = NULL;
     ad_status status = export_family_at(e, STRAIN_COLUMNS, places, s, &x.family, &numbers, error);
+    x.family.tip = true;
     for (int i = 0; i <= MATH && status == AD_OK; i++) {
         status = export_text_write(&texts[i], i, write_text, &x, error);
     }

@@ -3,7 +3,12 @@
  * nobody for anything else. It exports its memory and
  *   parameters(), shape(), said(), drawn()  where these are: [parameters], in SI units,
  *                     [places][STRAIN_COLUMNS], [EXPORT_SAID] as of export_family.h, [drawn]
- *   answer(steps)     fills the others in from the parameters. */
+ *   answer(steps)     fills the others in from the parameters;
+ *   place(), axes(), box()  [3], m; [3][3], unit vectors; the least and the largest parameters,
+ *                     [2][parameters]; for
+ *   reach(images, steps, most)  which brings the tip nearer to the place by so many steps of
+ *                     optim/seek.h at most, and returns how far it is, m: along the first axes, as
+ *                     many as images, 2 or 3. */
 #ifndef TOOLS_EMIT_EXPORT_MODULE_H
 #define TOOLS_EMIT_EXPORT_MODULE_H
 
@@ -23,7 +28,8 @@ ad_status export_module_create(const struct experiment *e, int places, const dou
                                const export_drawn *list, char **bytes, size_t *size,
                                ad_error *error);
 
-/* What surrounds the C: module_functions.c and module_math.h. */
-extern const char *const export_module_functions[], *const export_module_math[];
+/* What surrounds the C: module_functions.c, module_math.h and optim/seek.c. */
+extern const char *const export_module_functions[], *const export_module_math[],
+                                                        *const export_module_seek[];
 
 #endif

@@ -17,6 +17,16 @@
 #define sqrt           __builtin_sqrt
 #define memcpy         __builtin_memcpy
 
+static double fmin(double a, double b)
+{
+    return b < a ? b : a;
+}
+
+static double fmax(double a, double b)
+{
+    return b > a ? b : a;
+}
+
 double sin(double), cos(double), tan(double), asin(double), acos(double), atan(double);
 double sinh(double), cosh(double), tanh(double), exp(double), expm1(double);
 double log(double), log1p(double), pow(double, double), atan2(double, double);

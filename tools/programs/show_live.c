@@ -8,6 +8,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <zlib.h>
 
 enum { MEMBERS = 128, STEPS = 2 };
 
@@ -93,6 +94,7 @@ static void put_parameters(json *to, const scene *of)
         json_number(to, "low", p->low);
         json_number(to, "high", p->high);
         json_text(to, "log", p->scale == SCENE_LOG ? "yes" : NULL);
+        json_text(to, "actuates", scene_parameter_actuates(of, i) ? "yes" : NULL);
         json_close(to, '}');
     }
     json_close(to, ']');
@@ -116,6 +118,20 @@ static void put_columns(json *to, const scene *of)
     json_close(to, ']');
 }
 
+/* Packed, as DecompressionStream("deflate") of browsers unpacks it. */
+static ad_status put_module(json *to, const module *made, ad_error *error)
+{
+    uLongf size = compressBound((uLong)made->size);
+    Bytef *packed = malloc(size);
+    const bool done = packed && compress2(packed, &size, (const Bytef *)made->bytes,
+                                          (uLong)made->size, Z_BEST_COMPRESSION) == Z_OK;
+    if (done) {
+        json_bytes(to, "module", packed, size);
+    }
+    free(packed);
+    return done ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a report");
+}
+
 static ad_status put_live(showing *showing, const module *made, cpinn_family *family,
                           ad_error *error)
 {
@@ -133,8 +149,8 @@ static ad_status put_live(showing *showing, const module *made, cpinn_family *fa
     json_close(to, ']');
     put_parameters(to, of);
     put_columns(to, of);
-    const ad_status status = put_members(to, of, family, kept->points, error);
-    json_bytes(to, "module", made->bytes, made->size);
+    ad_status status = put_members(to, of, family, kept->points, error);
+    status = status == AD_OK ? put_module(to, made, error) : status;
     json_close(to, '}');
     return status;
 }

@@ -66,6 +66,14 @@ class Camera {
             depth];
     }
 
+    /* And back. */
+    placeOf([x, y, depth]) {
+        const [right, up, back] = this.axes(), scale = 2 * LENS * depth / this.height;
+        const across = add(times(right, (x - this.width / 2) * scale),
+            times(up, (this.height / 2 - y) * scale));
+        return add(add(this.target, across), times(back, this.distance - depth));
+    }
+
     /* What takes the world to clip space, by columns. */
     matrix() {
         const [r, u, b] = this.axes(), t = this.target;

@@ -5,7 +5,10 @@
 /* The module of report.live; members are as the C has them. */
 class Live {
     static async open(data) {
-        const { instance } = await WebAssembly.instantiate(bytesOf(data.module), { env: Math });
+        const packed = new Blob([bytesOf(data.module)]).stream();
+        const bytes = packed.pipeThrough(new DecompressionStream("deflate"));
+        const { instance } = await WebAssembly.instantiate(
+            await new Response(bytes).arrayBuffer(), { env: Math });
         return new Live(data, instance.exports);
     }
 
@@ -19,6 +22,9 @@ class Live {
         this.shape = numbers(module.shape, data.points * this.width);
         this.said = numbers(module.said, 3);
         this.drawn = numbers(module.drawn, data.drawn);
+        this.place = numbers(module.place, 3);
+        this.axes = numbers(module.axes, 9);
+        this.box = numbers(module.box, 2 * data.parameters.length);
         this.values = data.parameters.map(p => this.valueAt(p, 0.5));
         this.#spread();
         this.show();
@@ -89,6 +95,20 @@ class Live {
         this.#keep(0, false);
     }
 
+    /* Brings the tip nearer to a place along two or three axes across each other, by the parameters
+     * that move, exact derivatives and a dozen steps at most; how far it is from there, m, infinite
+     * from an answer without trust. */
+    reach(place, axes, moves) {
+        const ends = name => this.data.parameters.map((p, k) => (moves[k] ? p[name] : this.values[k]));
+        this.place.set(place);
+        this.axes.set(axes.flat());
+        this.box.set([...ends("low"), ...ends("high")]);
+        this.parameters.set(this.values);
+        const distance = this.module.reach(axes.length, this.steps, 12);
+        this.values = Array.from(this.parameters);
+        return distance;
+    }
+
     /* Answers along one parameter, the others as they are; among them that of its value. */
     along(which, count) {
         const p = this.data.parameters[which];
@@ -114,17 +134,21 @@ class Live {
 }
 
 /* Sliders under the picture, what is known of the answer, and charts along the last parameter that
- * was moved. */
+ * was moved. The tip is dragged by the parameters that are ticked: first those that actuate the rod,
+ * or all where none does. */
 class Sliders {
     constructor(live, player) {
         this.live = live;
         this.player = player;
         this.which = 0;
+        this.any = live.data.parameters.some(p => p.actuates);
         this.rows = live.data.parameters.map((p, k) => this.#row(p, k));
         this.checked = element("span", {}, byId("notes"));
         this.#ways();
         this.#charts();
         this.change();
+        player.handle = { place: () => live.answer.tip, 
+            drag: (eye, place) => this.drag(eye, place) };
     }
 
     #row(p, k) {
@@ -137,10 +161,27 @@ class Sliders {
         input.oninput = () => {
             this.which = k;
             this.live.values[k] = this.live.valueAt(p, Number(input.value));
+            this.player.picture.wanted = null;
             this.change();
         };
         input.ondblclick = () => { input.value = 0.5; input.oninput(); };
-        return { input, output };
+        const ticked = element("input", { type: "checkbox",
+            title: "moves when the tip is dragged" }, box);
+        ticked.checked = p.actuates || !this.any;
+        return { input, output, ticked };
+    }
+
+    /* To the line of sight from the eye through a place. */
+    drag(eye, place) {
+        const { live } = this, along = unitVector(minus(place, eye), [0, 0, 1]), side = across(along);
+        this.left = live.reach(eye, [side, cross(along, side)],
+            this.rows.map(row => row.ticked.checked));
+        const { tip } = live.compute(live.values);
+        this.player.picture.wanted = add(eye, times(along, dot(minus(tip, eye), along)));
+        this.rows.forEach((row, k) => {
+            row.input.value = live.partOf(live.data.parameters[k], live.values[k]);
+        });
+        this.change();
     }
 
     /* How the answer is found. */
@@ -216,6 +257,13 @@ class Sliders {
             row.append(`${k ? " \u00b7 " : ""}${name} `);
             element("em", { text: value }, row);
         });
+        if (this.player.picture.wanted) {
+            element("span", { text: !Number.isFinite(this.left)
+                ? "Not reached: from an answer that is not trusted the tip is not moved."
+                : this.left <= this.live.data.tolerance ? "The tip is where it was dragged to."
+                    : `Not reached: the tip stays ${withUnit(this.left, "m", 3)} from where it was `
+                        + "dragged to. Nothing nearer was found from here within the ranges." }, box);
+        }
         this.checked.textContent = `Tips of ${this.live.compared} members are within `
             + `${withUnit(Math.max(this.live.off, NOTHING), "m", 2)} of those that cpinn has found.`;
     }

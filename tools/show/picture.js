@@ -105,6 +105,7 @@ class Picture {
         this.paths = paths; /* of a closed loop: wanted, then what was gone */
         this.scene = report.scene || null;
         this.workspace = null;
+        this.wanted = null; /* where a tip was dragged to */
         this.shown = { directors: false, loads: true, actuators: true, reference: true, path: true,
             floor: true, through: false };
         this.mesh = new Mesh();
@@ -469,6 +470,18 @@ class Picture {
         };
         if (this.workspace) {
             this.workspace.draw(c, camera);
+        }
+        if (this.wanted) {
+            const [x, y] = camera.project(this.wanted);
+            const [tipX, tipY] = camera.project(this.pose.places[this.pose.places.length - 1]);
+            c.strokeStyle = ink;
+            c.lineWidth = 1.5;
+            c.beginPath();
+            c.moveTo(tipX, tipY);
+            c.lineTo(x, y);
+            c.moveTo(x + 5, y);
+            c.arc(x, y, 5, 0, 2 * Math.PI);
+            c.stroke();
         }
         const axes = camera.axes();
         const gizmo = ["x", "y", "z"].map((name, k) => ({ name, x: axes[0][k], y: axes[1][k],

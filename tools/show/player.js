@@ -30,6 +30,7 @@ class Player {
         this.charts = [];
         this.at = this.drawn = this.followed = 0;
         this.playing = false;
+        this.handle = null; /* { place(), drag(eye, place) } of a tip that is dragged */
         this.last = report.live ? 0 : motion.frames - 1; /* behind it are others of the range */
         this.#controls();
         this.#mouse();
@@ -121,7 +122,7 @@ class Player {
             says.push(report.advice);
         }
         notes.append(says.join(" ") + (says.length ? " " : ""));
-        const keys = [["drag", "turn"], ["shift drag", "move"], ["wheel", "zoom"],
+        const keys = [...(report.live ? [["drag the tip", "move it"]] : []), ["drag", "turn"], ["shift drag", "move"], ["wheel", "zoom"],
             ["space", "play"], ["\u2190 \u2192", "step"], ["C", "colour"], ["D", "directors"],
             ["R", "reset"], ["T", "theme"]];
         for (const [key, what] of keys) {
@@ -132,7 +133,15 @@ class Player {
 
     #mouse() {
         const canvas = byId("labels"), camera = this.picture.camera, held = new Map();
-        let pinch = 0;
+        let pinch = 0, dragged = null; /* { pointer, x, y }: of the tip from the mouse */
+        const tipAt = event => {
+            if (!this.handle || event.shiftKey) {
+                return null;
+            }
+            const [x, y] = camera.project(this.handle.place());
+            const off = { pointer: event.pointerId, x: x - event.offsetX, y: y - event.offsetY };
+            return Math.hypot(off.x, off.y) < 14 ? off : null;
+        };
         const spread = () => {
             const [a, b] = [...held.values()];
             return Math.hypot(a.x - b.x, a.y - b.y);
@@ -141,13 +150,23 @@ class Player {
             canvas.setPointerCapture(event.pointerId);
             held.set(event.pointerId, { x: event.clientX, y: event.clientY });
             pinch = held.size === 2 ? spread() : 0;
+            dragged = held.size === 1 ? tipAt(event) : null;
             byId("tip").hidden = true;
         };
-        canvas.onpointerup = canvas.onpointercancel = event => held.delete(event.pointerId);
+        canvas.onpointerup = canvas.onpointercancel = event => {
+            held.delete(event.pointerId);
+            dragged = null;
+        };
         canvas.onpointermove = event => {
             const before = held.get(event.pointerId);
             if (!before) {
+                canvas.style.cursor = tipAt(event) ? "move" : "";
                 this.#hover(event);
+                return;
+            }
+            if (dragged && dragged.pointer === event.pointerId) {
+                const x = event.offsetX + dragged.x, y = event.offsetY + dragged.y;
+                this.handle.drag(camera.placeOf([x, y, 0]), camera.placeOf([x, y, camera.distance]));
                 return;
             }
             const dx = event.clientX - before.x, dy = event.clientY - before.y;
