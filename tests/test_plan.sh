@@ -53,8 +53,18 @@ awk -F, 'NR == 1 { ok = $0 == "t,s,x,y,z,radius,left" }
     NR > 1 { ok = ok && $6 == 0.009 && $7 >= 0.008; frames = $1 + 1 }
     END { exit !(ok && NR == 1 + frames * 121) }' shapes.csv || failed "$(head -3 shapes.csv)"
 check "a row for each shape" -- test "$(tail -1 shapes.csv | cut -d, -f1)" -eq $(($(wc -l <way.csv) - 2))
-run 0 cpinn-show shapes.csv --out shapes.svg --quiet
-check "a picture" -- test -s shapes.svg
+# Its picture has the wall as glass, and what is left as colours.
+run 0 cpinn-show shapes.csv --wall lumen.yaml --out shapes.svg --quiet
+check "glass" -- test "$(grep -o 'fill-opacity' shapes.svg | wc -l)" -gt 1000
+said shapes.svg '>left<'
+run 0 cpinn-show shapes.csv --wall lumen.yaml --out shapes.html --quiet
+if command -v python3 >/dev/null; then
+    check "the wall of the page" -- python3 "$ROOT/tests/test_show.py" wall shapes.html lumen.obj
+    python3 "$ROOT/tests/test_show.py" looks shapes.html || test $? = 77 || failed "the page with a wall"
+fi
+refused 'plan\.environment\.file: is not given, and --wall shows it; allowed: \.stl, \.obj' \
+    cpinn-show shapes.csv --wall "$ROOT/configs/robots/tendon_family.yaml"
+refused 'way.csv: --wall is of tables of shapes' cpinn-show way.csv --wall lumen.yaml --out no.html
 # Goals in order, and how the tip points there.
 places=(lumen.yaml --set plan.goal=null --set)
 first='{position: [0.045, 0, 0.108]}' back='{position: [0, 0, 0.05]}'

@@ -1,6 +1,8 @@
 """Reports of cpinn-show, read as a browser reads them.
 
     test_show.py structure REPORT.html TABLE.csv   HTML, JSON, numbers: those of the table
+    test_show.py wall REPORT.html WALL.obj         a wall of quads and triangles, in mm
+    test_show.py looks REPORT.html                 in Chromium; 77: there is none
     test_show.py browser REPORT.html TABLE.csv [OTHER.html...]
                                                    the picture in Chromium; 77: there is none
 """
@@ -103,6 +105,21 @@ def structure(path, table):
     room = 20_000 + 3 * 4 * 4 / 3 * count + 26 * 2 * 4 / 3 * count
     assert data < room, (data, room)
     assert os.path.getsize(path) < data + 100_000  # what shows it
+
+
+def wall(path, file):
+    """Its triangles, with corners to the last digit of a float, as those of the file."""
+    report, _ = read_page(path)
+    of = report["wall"]
+    places = list(zip(*(numbers(c, of["corners"])[0] for c in of["places"])))
+    corners = zip(*(numbers(c, of["triangles"])[0] for c in of["of"]))
+    found = sorted(sorted(places[int(k)] for k in triangle) for triangle in corners)
+    single = lambda x: struct.unpack("f", struct.pack("f", 1e-3 * float(x)))[0]
+    lines = [line.split() for line in open(file)]
+    known = [tuple(single(x) for x in words[1:]) for words in lines if words[0] == "v"]
+    faces = [[int(k) - 1 for k in words[1:]] for words in lines if words[0] == "f"]
+    assert found == sorted(sorted(known[k] for k in (face[0], face[i], face[i + 1]))
+                           for face in faces for i in range(1, len(face) - 1))
 
 
 # ---- the picture -------------------------------------------------------------------------------
@@ -434,5 +451,11 @@ if __name__ == "__main__":
         for page in sys.argv[4:]:
             looks(chromium, page, os.path.basename(page))
         chromium.close()
+    elif sys.argv[1] == "looks":
+        chromium = Browser()
+        looks(chromium, sys.argv[2], os.path.basename(sys.argv[2]))
+        chromium.close()
+    elif sys.argv[1] == "wall":
+        wall(sys.argv[2], sys.argv[3])
     else:
         structure(sys.argv[2], read_table(sys.argv[3]))

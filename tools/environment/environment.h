@@ -19,7 +19,10 @@ ad_status environment_create(surface *of, environment_side side, environment **r
                              ad_error *error);
 void environment_free(environment *of); /* NULL is allowed */
 
-/* The one of a file, in the scene's axes, for a robot of that length. Errors of surface_read,
+/* The surface of a file, in the scene's axes. Errors of surface_read. */
+ad_status surface_open(const environment_settings *settings, surface **result, ad_error *error);
+
+/* Distances from it, for a robot of that length. Errors of surface_read,
  * surface_check_size and environment_create. */
 ad_status environment_open(const environment_settings *settings, double length,
                            environment **result, ad_error *error);

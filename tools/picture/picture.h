@@ -19,6 +19,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 typedef struct picture picture;
 
@@ -78,6 +79,10 @@ typedef struct picture_ring {
 
 /* Round or, with four corners, rectangular, with both its ends. */
 void picture_tube(picture *p, const picture_ring *rings, size_t count, int sides, bool rectangle,
+                  const picture_paint *paint);
+
+/* Triangles [count][3] of corners [][3], counterclockwise as seen from outside. */
+void picture_mesh(picture *p, const double *corners, const uint32_t *triangles, size_t count,
                   const picture_paint *paint);
 
 /* A thin tube through places [count][3]. */

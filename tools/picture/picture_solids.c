@@ -111,6 +111,25 @@ void picture_tube(picture *p, const picture_ring *rings, size_t count, int sides
     }
 }
 
+void picture_mesh(picture *p, const double *corners, const uint32_t *triangles, size_t count,
+                  const picture_paint *paint)
+{
+    for (size_t i = 0; i < count; i++) {
+        const uint32_t *const t = triangles + 3 * i;
+        const double *const a = corners + 3 * t[0], *const b = corners + 3 * t[1];
+        const double *const c = corners + 3 * t[2];
+        picture_corner *const face = add_face(p, 3, paint);
+        for (int j = 0; face && j < 3; j++) {
+            for (int k = 0; k < 3; k++) {
+                const int m = (k + 1) % 3, n = (k + 2) % 3;
+                face[j].place[k] = (float)corners[3 * t[j] + (uint32_t)k];
+                face[j].normal[k] =
+                    (float)((b[m] - a[m]) * (c[n] - a[n]) - (b[n] - a[n]) * (c[m] - a[m]));
+            }
+        }
+    }
+}
+
 /* ---- threads, arrows, balls ---------------------------------------------------------------- */
 
 static double direction(const double from[3], const double to[3], double unit[3])

@@ -20,6 +20,7 @@ static void showing_free(showing *showing)
     table_free(showing->ghost);
     samples_free(&showing->samples);
     free(showing->tips);
+    surface_free(showing->wall);
     solution_free(showing->solved);
     reference_free(showing->known);
     field_free(showing->field);
@@ -131,7 +132,11 @@ static ad_status show_read(showing *showing, const table_build *read, ad_error *
     if (!table_source_column(table, "x") && !table_source_column(table, "w")) {
         return show_numbers(showing, table, error);
     }
-    ad_status status = show_put_motion(showing, table, NULL, NULL, NULL, error);
+    ad_status status = showing->wall_path ? show_open_wall(showing, error) : AD_OK;
+    status = status == AD_OK ? show_put_motion(showing, table, NULL, NULL, NULL, error) : status;
+    if (status == AD_OK && showing->wall && !showing->is_drawn) {
+        status = show_put_wall(showing, error);
+    }
     if (status == AD_OK && showing->settings) {
         show_settings(&showing->to, showing->settings);
         status =
@@ -235,6 +240,10 @@ static ad_status run(showing *showing, char *path, size_t size, ad_error *error)
                     "%s: --workspace is of families at rest with predicted errors, without --at",
                     file_bytes_shown(showing->source));
     }
+    if (status == AD_OK && showing->wall_path && !showing->wall) {
+        status = ad_fail(error, AD_BAD_INPUT, "%s: --wall is of tables of shapes",
+                         file_bytes_shown(showing->source));
+    }
     json_text(&showing->to, "title", showing->title);
     if (status != AD_OK || show_is_plot(showing->out)) {
         char *text;
@@ -256,6 +265,7 @@ int main(int argc, char **argv)
         {"--out", "FILE", CLI_TEXT, &x.out, 0, 0},
         {"--slow", "X", CLI_NUMBER, &x.slow, 1e-3, 1e6},
         {"--scene", "CONFIG.yaml", CLI_TEXT, &x.scene_path, 0, 0},
+        {"--wall", "CONFIG.yaml", CLI_TEXT, &x.wall_path, 0, 0},
         {"--reference", "TABLE", CLI_TEXT, &x.reference_path, 0, 0},
         {"--workspace", "FILE", CLI_TEXT, &x.workspace, 0, 0},
         CLI_GRID(&x.grid),

@@ -4,6 +4,7 @@
  *   facts       [[name, value], ...] texts
  *   motion      frames, points, s, t or labels, columns, reference {name, ...}: show_motion
  *   scene       what is drawn beside the rod: show_scene
+ *   wall        places of corners, and triangles of them, around the rod: show_wall
  *   live        parameters, columns, steps, s, reasons, members with their tips, and a module
  *               that finds shapes and what is drawn, in place of a motion: show_live; or a text
  *               "advice" that says why there is none

@@ -111,6 +111,9 @@ ad_status show_history(json *to, const checkpoint *file, ad_error *error)
 const char *show_unit(const char *name, const scene *of)
 {
     const scene_physics *rods = scene_physics_of(of);
+    if (strcmp(name, "left") == 0 || strcmp(name, "radius") == 0) { /* of cpinn-plan */
+        return "m";
+    }
     for (int i = 0; i < rods->column_count; i++) {
         if (strcmp(rods->columns[i].name, name) == 0) {
             return rods->columns[i].unit;

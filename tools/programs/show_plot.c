@@ -34,6 +34,7 @@ static const char *const times[] = {"c3d7ee", "7fb0dd", "2f7fc1", "0b4f8a"};
 static const char *const kinds[] = {"3b4cc0", "2c8fbd", "27a684", "7fb93c",
                                     "e3b022", "e2711d", "b8232f"};
 static const char *const dexterities[] = {"440154", "3b528b", "21918c", "5ec962", "fde725"};
+static const char glass[] = "8a97a8";
 static const char ink[] = "343a46", soft[] = "79838f", trail[] = "d6336c", wanted[] = "37b24d";
 
 /* ---- camera -------------------------------------------------------------------------------- */
@@ -82,6 +83,10 @@ static size_t places_of(const drawing *d, double *places, size_t most)
     for (size_t i = 0; i < 60 && d->other.at.frames > 0; i++) {
         show_place(&d->other, (double)(d->other.at.frames - 1) * (double)i / 59, d->other.count - 1,
                    places + 3 * count++);
+    }
+    const surface *const wall = d->from->wall;
+    for (size_t i = 0; wall && i < wall->corners && count < most; i += 1 + wall->corners / 500) {
+        memcpy(places + 3 * count++, wall->corner + 3 * i, 3 * sizeof *places);
     }
     for (size_t i = 0; i < d->from->tip_count && count < most; i += 10) {
         memcpy(places + 3 * count++, d->from->tips + 4 * i, 3 * sizeof *places);
@@ -188,21 +193,29 @@ static void draw_scale(const drawing *d)
     }
 }
 
-/* Colours of instants, from the first to the last. */
-static void draw_instants(const drawing *d)
+/* Colours of instants, from the first to the last; or of what is left, from the least on. */
+static void draw_colours(const drawing *d)
 {
     enum { PIECES = 24 };
     picture *p = d->p;
+    const show_shapes *const shapes = &d->shapes;
     const double right = picture_width(p) - 26, wide = 150, y = 34;
     char text[2][40];
     for (int i = 0; i < PIECES; i++) {
         const double line[2][2] = {{right - wide + wide * i / PIECES, y},
                                    {right - wide + wide * (i + 1) / PIECES, y}};
-        picture_line(p, line[0], 2, 8, picture_between(times, 4, (double)i / (PIECES - 1)));
+        const double part = (double)i / (PIECES - 1);
+        picture_line(p, line[0], 2, 8,
+                     shapes->left ? show_nearness(part) : picture_between(times, 4, part));
+    }
+    if (shapes->left) {
+        picture_text(p, right - wide - 14, y + 5, 15, PICTURE_RIGHT, picture_rgb(ink), "left");
     }
     for (int k = 0; k < 2; k++) {
-        show_with_unit(show_time(&d->shapes, k ? (double)(d->shapes.at.frames - 1) : 0), "s", 3,
-                       text[k], sizeof text[k]);
+        const double left = k ? shapes->most : shapes->least;
+        const double time = show_time(shapes, k ? (double)(shapes->at.frames - 1) : 0);
+        show_with_unit(shapes->left ? left : time, shapes->left ? "m" : "s", 3, text[k],
+                       sizeof text[k]);
         picture_text(p, k ? right : right - wide, y + 24, 15, k ? PICTURE_RIGHT : PICTURE_LEFT,
                      picture_rgb(ink), text[k]);
     }
@@ -282,6 +295,11 @@ static void draw_around(const drawing *d, double frame, bool is_still)
     const show_shapes *shapes = &d->shapes;
     const bool moves = shapes->at.t && shapes->at.frames > 1;
     draw_tips(d);
+    if (d->from->wall) {
+        const picture_paint paint = {picture_rgb(glass), 0.12F, false};
+        picture_mesh(d->p, d->from->wall->corner, d->from->wall->triangle, d->from->wall->triangles,
+                     &paint);
+    }
     if (moves) {
         draw_trail(d, shapes, frame);
     }
@@ -294,8 +312,8 @@ static void draw_around(const drawing *d, double frame, bool is_still)
         write_tip(d, frame);
         show_actuation(d->p, shapes, frame, 60);
     }
-    if (moves && is_still) {
-        draw_instants(d);
+    if (shapes->left || (moves && is_still)) {
+        draw_colours(d);
     } else if (!is_still) {
         char text[48];
         if (shapes->at.t) {

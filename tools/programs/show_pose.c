@@ -51,6 +51,21 @@ void show_place(const show_shapes *shapes, double frame, size_t k, double place[
     }
 }
 
+double show_left(const show_shapes *shapes, double frame, size_t k)
+{
+    size_t first, next;
+    const double part = between(shapes, frame, &first, &next);
+    const double from = shapes->left[row_of(shapes, first, k)];
+    return from + part * (shapes->left[row_of(shapes, next, k)] - from);
+}
+
+picture_colour show_nearness(double part)
+{
+    static const char *const colours[] = {"b8232f", "e2711d", "e3b022",
+                                          "7fb93c", "27a684", "2c8fbd"};
+    return picture_between(colours, 6, isnan(part) ? 1 : part);
+}
+
 double show_time(const show_shapes *shapes, double frame)
 {
     size_t first, next;
@@ -103,10 +118,11 @@ static double arc_of(const show_shapes *shapes, size_t k)
                         : length * (double)k / (double)(shapes->count > 1 ? shapes->count - 1 : 1);
 }
 
-static void measure_section(show_shapes *shapes)
+/* A column radius is of a robot that is thicker than its rod. */
+static void measure_section(show_shapes *shapes, const double *radius)
 {
-    double thickest = 0;
-    for (size_t k = 0; k < shapes->count && shapes->of; k++) {
+    double thickest = radius ? *radius : 0;
+    for (size_t k = 0; k < shapes->count && shapes->of && !radius; k++) {
         for (int d = 0; d < 2; d++) {
             thickest = fmax(thickest, section_half(shapes->of, arc_of(shapes, k), d == 1));
         }
@@ -150,7 +166,13 @@ ad_status show_shapes_create(const table_source *table, const scene *of, const d
     if (!(shapes->size > 0)) {
         return ad_fail(error, AD_BAD_INPUT, "there is no shape of any size to be drawn");
     }
-    measure_section(shapes);
+    measure_section(shapes, of ? NULL : table_source_column(table, "radius"));
+    shapes->left = table_source_column(table, "left");
+    shapes->least = INFINITY;
+    for (size_t i = 0; shapes->left && i < table->nrows; i++) {
+        shapes->least = fmin(shapes->least, shapes->left[i]);
+        shapes->most = fmax(shapes->most, shapes->left[i]);
+    }
     return AD_OK;
 }
 

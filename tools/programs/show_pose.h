@@ -17,6 +17,8 @@ typedef struct show_shapes {
     size_t count;             /* rings of a shape */
     double size;              /* of all of them: the diagonal of their box, m */
     double low[3], high[3];   /* that box */
+    const double *left;       /* m, how far each row is from a wall; NULL: there is none, */
+    double least, most;       /* of all of it */
     double radius, thicker;   /* of a rod without a section; of a thin one what it is enlarged by */
 } show_shapes;
 
@@ -29,6 +31,12 @@ void show_pose(const show_shapes *shapes, double frame, picture_ring *rings, dou
 
 /* Place k of a frame. */
 void show_place(const show_shapes *shapes, double frame, size_t k, double place[3]);
+
+/* How far place k of a frame is from a wall, m; not a number where nobody has looked. */
+double show_left(const show_shapes *shapes, double frame, size_t k);
+
+/* From the nearest to the furthest, 0 to 1. */
+picture_colour show_nearness(double part);
 
 /* The time of a frame, s; the frame without times. */
 double show_time(const show_shapes *shapes, double frame);

@@ -16,7 +16,7 @@ typedef struct robot {
     const picture_ring *rings;
     const double *arc;
     const double *member;
-    double t;
+    double frame, t;
 } robot;
 
 static double value(const robot *r, quantity q, double s)
@@ -123,6 +123,15 @@ static void draw_rod(const robot *r)
     const picture_paint paint = {inside ? light : r->look->tube, inside ? 0.34F : r->look->opacity,
                                  true};
     const bool rectangle = of && scene_piece_of(of, 0).rod.section == SCENE_RECTANGLE;
+    for (size_t k = 0; k + 1 < r->x->count && r->x->left; k++) { /* by how far each piece is */
+        const double left = fmin(show_left(r->x, r->frame, k), show_left(r->x, r->frame, k + 1));
+        picture_paint near = paint;
+        near.colour = show_nearness((left - r->x->least) / (r->x->most - r->x->least));
+        picture_tube(r->p, r->rings + k, 2, r->look->sides, rectangle, &near);
+    }
+    if (r->x->left) {
+        return;
+    }
     if (!of || of->tube_count == 0) {
         picture_tube(r->p, r->rings, r->x->count, r->look->sides, rectangle, &paint);
         return;
@@ -278,7 +287,7 @@ void show_robot(picture *p, const show_shapes *shapes, double frame, const show_
                 picture_ring *rings, double *arc)
 {
     const robot r = {
-        p, shapes, look, rings, arc, show_member(shapes, frame), show_time(shapes, frame)};
+        p, shapes, look, rings, arc, show_member(shapes, frame), frame, show_time(shapes, frame)};
     show_pose(shapes, frame, rings, arc);
     draw_rod(&r);
     if (shapes->of && !shapes->deflection && look->ends) {

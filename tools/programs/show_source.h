@@ -2,6 +2,7 @@
 #ifndef TOOLS_PROGRAMS_SHOW_SOURCE_H
 #define TOOLS_PROGRAMS_SHOW_SOURCE_H
 
+#include "tools/environment/environment.h"
 #include "tools/prepare/config_experiment.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/samples.h"
@@ -9,7 +10,7 @@
 #include "tools/train/reference.h"
 
 typedef struct showing {
-    const char *source, *out, *scene_path, *reference_path, *grid, *at, *workspace;
+    const char *source, *out, *scene_path, *reference_path, *grid, *at, *workspace, *wall_path;
     double slow; /* movies take that many times as long as motions */
     cli_list overrides;
     bool quiet;
@@ -24,6 +25,7 @@ typedef struct showing {
     samples samples;
     table_file *table, *ghost;
     show_kept kept;
+    surface *wall;      /* of --wall; NULL: none */
     bool is_drawn;      /* a picture is written */
     bool has_workspace; /* the table of --workspace is */
     double *tips;       /* of pictures: a workspace [tip_count][4], m and, as a part of the */
@@ -58,6 +60,10 @@ const char *show_unit(const char *name, const scene *of);
 /* A table that was read, as one to be written, to be freed; NULL: out of memory. `of` (NULL: a rod)
  * is the scene whose units its columns have. */
 table_build *show_read_table_of(const table_file *from, const scene *of);
+
+/* The surface of the section plan of --wall, into showing->wall; and as the member "wall". */
+ad_status show_open_wall(showing *showing, ad_error *error);
+ad_status show_put_wall(showing *showing, ad_error *error);
 
 /* The motion of a table beside that of --reference, or else `ghost` (NULL: none). */
 ad_status show_put_motion(showing *showing, const table_source *table, const char *const *labels,

@@ -107,7 +107,7 @@ class Picture {
         this.workspace = null;
         this.wanted = null; /* where a tip was dragged to */
         this.shown = { directors: false, loads: true, actuators: true, reference: true, path: true,
-            floor: true, through: false };
+            floor: true, through: false, wall: true };
         this.mesh = new Mesh();
         this.canvas = byId("picture");
         this.labels = byId("labels").getContext("2d");
@@ -135,6 +135,8 @@ class Picture {
             acts: column(g.acts[0]) })) : [];
         const radius = this.motion.find("radius");
         this.half = scene ? scene.half.map(column) : radius ? [radius, radius] : null;
+        this.wall = report.wall && { places: report.wall.places.map(column),
+            of: report.wall.of.map(column) };
         this.most = {}; /* of the vectors, by unit */
         for (const a of this.arrows) {
             for (let f = 0; f < this.motion.frames; f++) {
@@ -181,6 +183,10 @@ class Picture {
         const tips = report.workspace ? report.workspace.columns.slice(0, 3).map(column) : null;
         for (let i = 0; tips && i < report.workspace.rows; i += 10) {
             seen.push(tips.map(c => c.at(i)));
+        }
+        const wall = report.wall;
+        for (let i = 0; wall && i < wall.corners; i += Math.ceil(wall.corners / 500)) {
+            seen.push(this.wall.places.map(c => c.at(i)));
         }
         const places = seen.filter(p => p.every(Number.isFinite));
         const low = [0, 1, 2].map(k => Math.min(...places.map(p => p[k])));
@@ -310,8 +316,21 @@ class Picture {
         if (this.shown.actuators) {
             this.#drawActuators(pose);
         }
+        if (this.wall && this.shown.wall) {
+            this.#drawWall();
+        }
         this.renderer.draw(mesh, this.camera, this.floor);
         this.#drawLabels();
+    }
+
+    /* Each triangle by itself: walls have edges. */
+    #drawWall() {
+        const mesh = this.mesh, { places, of } = this.wall, colour = themeColour("--soft");
+        for (let i = 0; i < report.wall.triangles; i++) {
+            const [a, b, c] = of.map(corner => places.map(p => p.at(corner.at(i))));
+            const n = unitVector(cross(minus(b, a), minus(c, a)), [0, 0, 1]);
+            mesh.clear.add(...[a, b, c].map(p => mesh.vertex(p, n, colour, 0.14)));
+        }
     }
 
     #drawFloor() {

@@ -79,7 +79,7 @@ class Player {
             ["through", "See through", motion.points > 1],
             ["reference", picture.reference ? "Reference: " + picture.reference.name : "",
                 Boolean(picture.reference)],
-            ["path", picture.paths.length ? "Wanted path, path" : "Path of the tip", motion.t && this.last > 0], ["floor", "Grid", true]];
+            ["path", picture.paths.length ? "Wanted path, path" : "Path of the tip", motion.t && this.last > 0], ["wall", "Wall", !!report.wall], ["floor", "Grid", true]];
         this.boxes = {};
         for (const [key, text, there] of offers) {
             if (there) {
