@@ -26,7 +26,6 @@ CONFIG_NAMES(symmetry_names, GROUPS_SYMMETRY_LIST(CONFIG_NAME))
 CONFIG_NAMES(sampler_names, SAMPLING_KIND_LIST(CONFIG_SAMPLER))
 CONFIG_NAMES(adaptive_names, PROBLEM_ADAPTIVE_LIST(CONFIG_NAME))
 CONFIG_NAMES(balance_names, "none", "gradient_norm", )
-CONFIG_NAMES(surrogate_kinds, SURROGATE_KIND_LIST(CONFIG_NAME))
 CONFIG_NAMES(surrogate_holds, SURROGATE_HOLD_LIST(CONFIG_NAME))
 CONFIG_NAMES(control_path_names, CONTROL_PATH_LIST(CONFIG_NAME))
 CONFIG_NAMES(control_surface_names, CONTROL_SURFACE_LIST(CONFIG_NAME))
@@ -295,7 +294,7 @@ const config_key config_keys[] = {
      NOT_NEGATIVE},
 
     {"surrogate.step", CONFIG_NUMBER, AT(surrogate.step), .unit = "s", POSITIVE},
-    {"surrogate.kind", CONFIG_CHOICE, AT(surrogate.kind), .names = surrogate_kinds},
+    {"surrogate.kind", CONFIG_CHOICE, AT(surrogate.kind), .names = surrogate_kind_names},
     {"surrogate.terms", CONFIG_INTEGER, AT(surrogate.terms), BETWEEN(1, 16)},
     {"surrogate.modes", CONFIG_INTEGER, ENTRIES(4, 4), AT(surrogate.modes), BETWEEN(0, 12)},
     {"surrogate.tolerance", CONFIG_NUMBER, AT(surrogate.tolerance), BETWEEN(1e-6, 0.5),

@@ -3,12 +3,12 @@
 #include "autodiff/ranks.h"
 #include "nn/rng.h"
 #include "physics/chain/reduced.h"
+#include "tools/train/clock.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 excitation_settings excitation_settings_default(void)
 {
@@ -109,13 +109,6 @@ typedef struct runner {
     double *seconds;    /* [count] */
 } runner;
 
-static double processor_seconds(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
 /* One step as `parts`, with inputs [2][inputs] of its ends. The first are short: where inputs jump
  * the rod is fastest. A soft arm whose inputs jump for 5 s is off by 0.14 % of its length with one
  * part, by 6e-4 % with four, or 6e-3 % if they are equal. */
@@ -151,7 +144,7 @@ static ad_status run_rollout(void *context, int item, int thread, ad_error *erro
     const size_t rows = (size_t)settings->steps + 1;
     double *state = to->state + (size_t)item * rows * (size_t)to->states;
     double *input = to->input + (size_t)item * rows * (size_t)to->inputs;
-    const double began = processor_seconds();
+    const double began = train_processor_seconds();
     const int index = settings->first + item;
     ad_error unsettled;
     excitation_draw(to->inputs, runner->open->parameters, settings, index, input);
@@ -173,7 +166,7 @@ static ad_status run_rollout(void *context, int item, int thread, ad_error *erro
         to->done[item] += status == AD_OK;
         runner->tally[2 * item + 1] += status == AD_NOT_FINITE;
     }
-    runner->seconds[item] = processor_seconds() - began;
+    runner->seconds[item] = train_processor_seconds() - began;
     return status == AD_NOT_FINITE ? AD_OK : status; /* this rollout is over */
 }
 

@@ -5,11 +5,11 @@
 #include "physics/numerics/sort.h"
 #include "tools/surrogate/excitation.h"
 #include "tools/surrogate/growth.h"
+#include "tools/train/clock.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 static const double SHORT_SECONDS = 5, DIVERGED = 0.25;
 enum { LONG_STEPS = 1000, FRESH = 1000000 }; /* rollouts of that number on are for no training */
@@ -201,13 +201,6 @@ static ad_status over_time(rollouts_runner *runner, const one_step *model, rollo
 
 /* ---- times --------------------------------------------------------------------------------- */
 
-static double processor_seconds(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
 /* The least of many rounds over the same states, s a call for `together` of them; NaN: no answer.
  */
 static double time_steps(const one_step *model, int together, const double *states,
@@ -216,7 +209,7 @@ static double time_steps(const one_step *model, int together, const double *stat
 {
     const double measured = 0.05;
     const size_t n = (size_t)model->states, m = (size_t)model->inputs;
-    const double began = processor_seconds();
+    const double began = train_processor_seconds();
     double least = INFINITY, now = began;
     while (now - began < measured) {
         for (int i = 0; i < ROLLOUTS_TOGETHER; i += together) {
@@ -227,7 +220,7 @@ static double time_steps(const one_step *model, int together, const double *stat
             }
         }
         const double then = now;
-        now = processor_seconds();
+        now = train_processor_seconds();
         least = fmin(least, (now - then) / (ROLLOUTS_TOGETHER / together));
     }
     return least;

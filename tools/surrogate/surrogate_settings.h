@@ -5,7 +5,7 @@
 
 #include "tools/train/train_settings.h"
 
-/* Name in C, name in YAML; one row of surrogate_kinds each. */
+/* Name in C, name in YAML; one row of surrogate_kind_names each. */
 #define SURROGATE_KIND_LIST(X)                                                                     \
     X(SURROGATE_FLOW, "flow")     /* linear map + network, regression on solved steps */           \
     X(SURROGATE_LINEAR, "linear") /* the linear map alone */                                       \

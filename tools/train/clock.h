@@ -5,4 +5,7 @@
 /* Seconds since a moment fixed while the machine runs; never goes back. */
 double train_seconds(void);
 
+/* Seconds for which the processor has worked for this thread. */
+double train_processor_seconds(void);
+
 #endif

@@ -44,16 +44,6 @@ struct linear_model {
 
 /* ---- choosing ------------------------------------------------------------------------------ */
 
-const char *linear_model_form_name(train_linear_algebra form)
-{
-    static const char *const names[] = {
-#define TEXT(code, name) name,
-        TRAIN_LINEAR_ALGEBRA_LIST(TEXT)
-#undef TEXT
-    };
-    return names[form];
-}
-
 /* Of one or two processors. */
 static const double MINUTES = 1e12;
 
@@ -158,7 +148,7 @@ ad_status linear_model_plan(problem *p, const train_stage *stage, int number,
                        "training.stages[%d].optimizer: gauss_newton by %s keeps %.1f GB%s "
                        "for %zu parameters and %zu residuals; allowed: at most %.1f GB; make "
                        "network.hidden smaller, or take %s",
-                       number, linear_model_form_name(plan->form), 1e-9 * plan->bytes,
+                       number, train_linear_algebra_names()[plan->form], 1e-9 * plan->bytes,
                        plan->form == TRAIN_MATRIX_FREE ? "" : " of matrices", plan->parameters,
                        plan->rows, 1e-9 * most,
                        plan->form == TRAIN_MATRIX_FREE ? "lbfgs"
@@ -170,7 +160,7 @@ ad_status linear_model_plan(problem *p, const train_stage *stage, int number,
 
 void linear_model_describe(const linear_model_info *info, char text[160])
 {
-    int n = snprintf(text, 160, "%s for %zu parameters", linear_model_form_name(info->form),
+    int n = snprintf(text, 160, "%s for %zu parameters", train_linear_algebra_names()[info->form],
                      info->parameters);
     n += info->form == TRAIN_SEPARATE
              ? snprintf(text + n, 160 - (size_t)n, ", %zu of each output", info->order)

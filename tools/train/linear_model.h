@@ -65,8 +65,7 @@ void linear_model_refresh(linear_model *m, const double *jtr);
 
 linear_model_info linear_model_inspect(const linear_model *m);
 
-/* "normal_equations", ...; one line for people, with sizes. */
-const char *linear_model_form_name(train_linear_algebra form);
+/* One line for people, with sizes. */
 void linear_model_describe(const linear_model_info *info, char text[160]);
 
 #endif
