@@ -3,13 +3,15 @@
 #define TOOLS_PROGRAMS_CONCLUDE_H
 
 #include "physics/scene/verdict.h"
+#include "tools/files/json.h"
 
 typedef struct conclusion {
     const char *program;
     bool quiet;       /* so that a verdict is told on stderr if it is a warning, */
     bool anyhow;      /* or whatever it is */
-    const char *json; /* a file, or NULL */
-    ad_status (*write_json)(const void *of, ad_error *error);
+    const char *json; /* a file, or NULL; begins with program, version, */
+    const char *name; /* of the scene, NULL: not known, and the verdict, */
+    void (*tell)(const void *of, json *to); /* and goes on with what the program has to tell */
     const void *of;
     verdict *verdict;
 } conclusion;

@@ -10,7 +10,6 @@
 #include "tools/programs/help.h"
 #include "tools/programs/scene_line.h"
 #include "tools/surrogate/surrogate.h"
-#include "tools/train/report.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -339,18 +338,11 @@ static ad_status run(controlling *controlling, ad_error *error)
     return status;
 }
 
-static ad_status write_json(const void *of, ad_error *error)
+static void tell(const void *of, json *to)
 {
     const controlling *controlling = of;
-    json to;
-    json_begin(&to);
-    json_text(&to, "program", program);
-    json_text(&to, "version", cli_version());
-    json_text(&to, "name", controlling->nominal ? controlling->nominal->settings.name : NULL);
-    report_verdict(&to, &controlling->verdict);
-    json_text(&to, "model", controlling->model_text);
-    control_json(controlling->count, controlling->rows, &to);
-    return json_end(&to, controlling->asked.json, error);
+    json_text(to, "model", controlling->model_text);
+    control_json(controlling->count, controlling->rows, to);
 }
 
 int main(int argc, char **argv)
@@ -381,7 +373,8 @@ int main(int argc, char **argv)
     const conclusion end = {.program = program,
                             .quiet = o->quiet,
                             .json = o->json,
-                            .write_json = write_json,
+                            .name = x.nominal ? x.nominal->settings.name : NULL,
+                            .tell = tell,
                             .of = &x,
                             .verdict = &x.verdict};
     status = conclude(&end, ran, &error);

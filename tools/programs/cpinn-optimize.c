@@ -9,7 +9,6 @@
 #include "tools/programs/conclude.h"
 #include "tools/programs/help.h"
 #include "tools/programs/scene_line.h"
-#include "tools/train/report.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -278,39 +277,32 @@ static void json_cases(const optimizing *x, json *to)
     json_close(to, ']');
 }
 
-static ad_status write_json(const void *of, ad_error *error)
+static void tell(const void *of, json *to)
 {
     const optimizing *x = of;
     const optimize_report *r = &x->report;
-    json to;
-    json_begin(&to);
-    json_text(&to, "program", program);
-    json_text(&to, "version", cli_version());
-    json_text(&to, "name", x->settings ? x->settings->settings.name : NULL);
-    report_verdict(&to, &x->verdict);
     if (r->starts > 0) {
-        json_number(&to, "objective", r->objective);
-        json_number(&to, "objective_error", objective_error(x));
-        json_number(&to, "violation", fmax(r->violation, x->close.violation));
-        json_integer(&to, "starts", r->starts);
-        json_integer(&to, "agreeing", r->agreeing);
-        json_integer(&to, "members", (int64_t)r->members);
-        json_number(&to, "seconds", r->seconds);
-        json_cases(x, &to);
-        json_open(&to, "constraints", '[');
+        json_number(to, "objective", r->objective);
+        json_number(to, "objective_error", objective_error(x));
+        json_number(to, "violation", fmax(r->violation, x->close.violation));
+        json_integer(to, "starts", r->starts);
+        json_integer(to, "agreeing", r->agreeing);
+        json_integer(to, "members", (int64_t)r->members);
+        json_number(to, "seconds", r->seconds);
+        json_cases(x, to);
+        json_open(to, "constraints", '[');
         for (int i = 0; i < r->bounds; i++) {
             const optimize_bound *b = &r->bound[i];
-            json_open(&to, NULL, '{');
-            json_text(&to, "constraint", b->text);
-            json_number(&to, "least", b->least);
-            json_number(&to, "most", b->most);
-            json_integer(&to, "active", b->active);
-            json_number(&to, "multiplier", b->multiplier);
-            json_close(&to, '}');
+            json_open(to, NULL, '{');
+            json_text(to, "constraint", b->text);
+            json_number(to, "least", b->least);
+            json_number(to, "most", b->most);
+            json_integer(to, "active", b->active);
+            json_number(to, "multiplier", b->multiplier);
+            json_close(to, '}');
         }
-        json_close(&to, ']');
+        json_close(to, ']');
     }
-    return json_end(&to, x->asked.json, error);
 }
 
 /* ---- running ------------------------------------------------------------------------------- */
@@ -466,7 +458,8 @@ int main(int argc, char **argv)
     const conclusion end = {.program = program,
                             .quiet = o->quiet,
                             .json = o->json,
-                            .write_json = write_json,
+                            .name = x.settings ? x.settings->settings.name : NULL,
+                            .tell = tell,
                             .of = &x,
                             .verdict = &x.verdict};
     status = conclude(&end, ran, &error);

@@ -10,7 +10,6 @@
 #include "tools/programs/conclude.h"
 #include "tools/programs/help.h"
 #include "tools/programs/plan_files.h"
-#include "tools/train/report.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -331,59 +330,52 @@ static void print_way(const planning *p)
     }
 }
 
-static ad_status write_json(const void *of, ad_error *error)
+static void tell(const void *of, json *to)
 {
     const planning *p = of;
     const way *const w = &p->way;
-    json to;
-    json_begin(&to);
-    json_text(&to, "program", program);
-    json_text(&to, "version", cli_version());
-    json_text(&to, "name", p->read ? p->read->settings.name : NULL);
-    report_verdict(&to, &p->verdict);
     if (p->grid) {
-        json_open(&to, "environment", '{');
-        json_text(&to, "file", p->read->plan.environment.file);
-        json_integer(&to, "triangles", (int64_t)environment_surface(p->environment)->triangles);
-        json_number(&to, "grid", p->grid->field.cell);
-        json_close(&to, '}');
+        json_open(to, "environment", '{');
+        json_text(to, "file", p->read->plan.environment.file);
+        json_integer(to, "triangles", (int64_t)environment_surface(p->environment)->triangles);
+        json_number(to, "grid", p->grid->field.cell);
+        json_close(to, '}');
     }
-    json_open(&to, "goals", '[');
+    json_open(to, "goals", '[');
     for (int k = 0; k < w->goals; k++) {
         char text[VERDICT_TEXT];
         say_goal(p, k, text);
-        json_text(&to, NULL, text);
+        json_text(to, NULL, text);
     }
-    json_close(&to, ']');
+    json_close(to, ']');
     if (w->searches) {
         if (p->read->plan.roadmap) {
-            json_open(&to, "roadmap", '{');
-            json_text(&to, "file", p->read->plan.roadmap);
-            json_integer(&to, "nodes", (int64_t)w->nodes);
-            json_integer(&to, "edges", (int64_t)w->edges);
-            json_text(&to, "is", sources[w->source]);
-            json_number(&to, "seconds", w->seconds_roadmap);
-            json_close(&to, '}');
+            json_open(to, "roadmap", '{');
+            json_text(to, "file", p->read->plan.roadmap);
+            json_integer(to, "nodes", (int64_t)w->nodes);
+            json_integer(to, "edges", (int64_t)w->edges);
+            json_text(to, "is", sources[w->source]);
+            json_number(to, "seconds", w->seconds_roadmap);
+            json_close(to, '}');
         }
-        json_open(&to, "search", '{');
-        json_text(&to, "by", p->family ? "network" : "solver");
-        json_number(&to, "error", p->shapes.error);
-        json_integer(&to, "searches", w->searches);
-        json_integer(&to, "configurations", (int64_t)w->looked);
-        json_number(&to, "seconds", w->seconds_search);
-        json_close(&to, '}');
+        json_open(to, "search", '{');
+        json_text(to, "by", p->family ? "network" : "solver");
+        json_number(to, "error", p->shapes.error);
+        json_integer(to, "searches", w->searches);
+        json_integer(to, "configurations", (int64_t)w->looked);
+        json_number(to, "seconds", w->seconds_search);
+        json_close(to, '}');
     }
     if (w->certificate) {
-        json_open(&to, "certificate", '{');
-        json_text(&to, "holds", w->end == WAY_CERTIFIED ? "yes" : "no");
-        json_integer(&to, "shapes", (int64_t)w->certificate->count);
-        json_number(&to, "seconds", w->seconds_certificate);
+        json_open(to, "certificate", '{');
+        json_text(to, "holds", w->end == WAY_CERTIFIED ? "yes" : "no");
+        json_integer(to, "shapes", (int64_t)w->certificate->count);
+        json_number(to, "seconds", w->seconds_certificate);
         for (int k = 0; k < PLAN_PARTS; k++) {
-            json_number(&to, plan_part_column(k), plan_part(&w->certificate->all, k));
+            json_number(to, plan_part_column(k), plan_part(&w->certificate->all, k));
         }
-        json_close(&to, '}');
+        json_close(to, '}');
     }
-    return json_end(&to, p->asked.json, error);
 }
 
 static ad_status run(planning *p, ad_error *error)
@@ -452,7 +444,8 @@ int main(int argc, char **argv)
     const conclusion end = {.program = program,
                             .quiet = o->quiet,
                             .json = o->json,
-                            .write_json = write_json,
+                            .name = p.read ? p.read->settings.name : NULL,
+                            .tell = tell,
                             .of = &p,
                             .verdict = &p.verdict};
     status = conclude(&end, ran, &error);

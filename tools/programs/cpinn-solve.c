@@ -139,43 +139,36 @@ static ad_status print_report(solving *solving, ad_error *error)
     return status;
 }
 
-static ad_status write_json(const void *of, ad_error *error)
+static void tell(const void *of, json *to)
 {
     const solving *solving = of;
     const solve_report *r = &solving->report;
-    json to;
-    json_begin(&to);
-    json_text(&to, "program", program);
-    json_text(&to, "version", cli_version());
-    json_text(&to, "name", *solving->name ? solving->name : NULL);
-    report_verdict(&to, &solving->verdict);
-    unknowns_json(&solving->unknown, &to);
+    unknowns_json(&solving->unknown, to);
     if (solving->solved) {
         bool moves = scene_is_dynamic(solving->scene);
-        json_text(&to, "method", solve_method_names()[solving->asked.method]);
-        json_integer(&to, "nodes", r->nodes);
+        json_text(to, "method", solve_method_names()[solving->asked.method]);
+        json_integer(to, "nodes", r->nodes);
         if (r->mode_count > 0) {
-            json_integer(&to, "modes", r->mode_count);
+            json_integer(to, "modes", r->mode_count);
         }
-        json_integer(&to, "steps", moves ? r->time_steps : r->load_steps);
-        json_integer(&to, "newton_steps", r->newton_steps);
-        json_number(&to, "seconds", solving->seconds);
-        json_number(&to, "tolerance", solving->asked.tolerance);
-        json_number(&to, "estimated_error", r->estimate_l2 + solve_misfit(r));
-        json_number(&to, "estimated_error_max", r->estimate + solve_misfit(r));
-        json_number(&to, "law_misfit", r->misfit);
-        json_number(&to, "loads_out_of_balance", r->balance);
-        json_number(&to, "load_factor", moves ? NAN : r->load_fraction);
-        json_number(&to, "energy_out_of_balance", r->energy_mismatch);
-        report_reference(&to, solving->known, &solving->errors);
+        json_integer(to, "steps", moves ? r->time_steps : r->load_steps);
+        json_integer(to, "newton_steps", r->newton_steps);
+        json_number(to, "seconds", solving->seconds);
+        json_number(to, "tolerance", solving->asked.tolerance);
+        json_number(to, "estimated_error", r->estimate_l2 + solve_misfit(r));
+        json_number(to, "estimated_error_max", r->estimate + solve_misfit(r));
+        json_number(to, "law_misfit", r->misfit);
+        json_number(to, "loads_out_of_balance", r->balance);
+        json_number(to, "load_factor", moves ? NAN : r->load_fraction);
+        json_number(to, "energy_out_of_balance", r->energy_mismatch);
+        report_reference(to, solving->known, &solving->errors);
         if (!moves && !scene_is_beam(solving->scene)) {
-            json_number(&to, "limit_load", r->limit_load);
-            json_number(&to, "bifurcation_load", r->bifurcation_load);
-            path_files_json(solving->path, solving->asked.path, &to);
+            json_number(to, "limit_load", r->limit_load);
+            json_number(to, "bifurcation_load", r->bifurcation_load);
+            path_files_json(solving->path, solving->asked.path, to);
         }
-        json_text(&to, "out", reached(solving) ? solving->asked.out : NULL);
+        json_text(to, "out", reached(solving) ? solving->asked.out : NULL);
     }
-    return json_end(&to, solving->asked.json, error);
 }
 
 /* ---- the program --------------------------------------------------------------------------- */
@@ -449,7 +442,8 @@ int main(int argc, char **argv)
                             .quiet = o->quiet,
                             .anyhow = ran == AD_OK && !reached(&x),
                             .json = o->json,
-                            .write_json = write_json,
+                            .name = *x.name ? x.name : NULL,
+                            .tell = tell,
                             .of = &x,
                             .verdict = &x.verdict};
     status = conclude(&end, ran, &error);

@@ -3,6 +3,7 @@
 #include "tools/judge/signals.h"
 #include "tools/prepare/config_session.h"
 #include "tools/programs/cli.h"
+#include "tools/programs/conclude.h"
 #include "tools/programs/explain.h"
 #include "tools/programs/help.h"
 #include "tools/programs/launcher.h"
@@ -169,9 +170,6 @@ static void finish(training *t)
     trainer_verdict(t->s.trainer, &t->verdict);
     find_unknowns(t);
     if (t->progress.quiet) {
-        if (verdict_outcome_of(&t->verdict) == VERDICT_WARNING) {
-            verdict_print(stderr, "cpinn-train: ", &t->verdict);
-        }
         return;
     }
     const fit *f = trainer_fit(t->s.trainer);
@@ -397,53 +395,41 @@ static ad_status train(training *t, ad_error *error)
 }
 
 /* What there is of a run, also of one that was refused or has stopped. */
-static ad_status write_json(const training *t, ad_error *error)
+static void tell(const void *of, json *to)
 {
-    json to;
-    json_begin(&to);
-    json_text(&to, "program", program);
-    json_text(&to, "version", cli_version());
-    json_text(&to, "name", t->s.e ? t->s.e->settings->name : NULL);
-    report_verdict(&to, &t->verdict);
-    unknowns_json(&t->unknown, &to);
+    const training *t = of;
+    unknowns_json(&t->unknown, to);
     if (t->s.trainer) {
         const fit *f = trainer_fit(t->s.trainer);
         const trainer_info *info = trainer_inspect(t->s.trainer);
-        json_integer(&to, "step", f->at.step);
-        json_integer(&to, "stage", f->at.stage);
-        json_integer(&to, "stages", t->s.e->settings->stage_count);
-        json_integer(&to, "window", f->at.window);
-        json_integer(&to, "windows", t->s.e->scene->windows);
-        json_number(&to, "training_seconds", fit_seconds(f));
-        json_integer(&to, "parameters", (int64_t)t->s.e->count);
-        json_number(&to, "points", info->points);
-        json_integer(&to, "threads", ad_pool_threads(t->s.e->pool));
-        json_integer(&to, "compiled_programs", info->fused.fused);
-        json_number(&to, "loss", f->loss);
-        json_number(&to, "held_out", f->held_out);
-        json_number(&to, "estimate", trainer_estimate(t->s.trainer));
+        json_integer(to, "step", f->at.step);
+        json_integer(to, "stage", f->at.stage);
+        json_integer(to, "stages", t->s.e->settings->stage_count);
+        json_integer(to, "window", f->at.window);
+        json_integer(to, "windows", t->s.e->scene->windows);
+        json_number(to, "training_seconds", fit_seconds(f));
+        json_integer(to, "parameters", (int64_t)t->s.e->count);
+        json_number(to, "points", info->points);
+        json_integer(to, "threads", ad_pool_threads(t->s.e->pool));
+        json_integer(to, "compiled_programs", info->fused.fused);
+        json_number(to, "loss", f->loss);
+        json_number(to, "held_out", f->held_out);
+        json_number(to, "estimate", trainer_estimate(t->s.trainer));
         bool is_done = f->state == FIT_OVER;
-        json_number(&to, "loads_out_of_balance",
+        json_number(to, "loads_out_of_balance",
                     is_done ? info->balance.loads : experiment_balance(t->s.e, NULL).loads);
-        json_number(&to, "energy_out_of_balance", info->balance.energy);
-        json_number(&to, "momentum_out_of_balance", info->balance.momentum);
-        report_reference(&to, t->s.known, &info->errors);
+        json_number(to, "energy_out_of_balance", info->balance.energy);
+        json_number(to, "momentum_out_of_balance", info->balance.momentum);
+        report_reference(to, t->s.known, &info->errors);
         if (t->s.e->targets) {
-            report_members(&to, &info->members, scene_length(t->s.e->scene));
+            report_members(to, &info->members, scene_length(t->s.e->scene));
         } else if (info->fresh.compared) {
-            report_fresh(&to, &info->fresh, scene_length(t->s.e->scene));
+            report_fresh(to, &info->fresh, scene_length(t->s.e->scene));
         }
-        json_text(&to, "checkpoint", t->folder.checkpoint);
-        json_text(&to, "history", t->folder.history);
-        json_text(&to, "config", t->folder.config);
+        json_text(to, "checkpoint", t->folder.checkpoint);
+        json_text(to, "history", t->folder.history);
+        json_text(to, "config", t->folder.config);
     }
-    return json_end(&to, t->asked->json, error);
-}
-
-static void blame(training *t, const ad_error *error)
-{
-    cli_fail_error(program, error);
-    verdict_add_error(&t->verdict, error);
 }
 
 static ad_status go(training *t, config *settings, ad_error *error)
@@ -557,15 +543,17 @@ static int run(const options *o)
     if (status == AD_OK) {
         status = go(&t, settings, &error);
     }
-    if (status != AD_OK) {
-        blame(&t, &error);
-    }
-    if (o->json && !o->explain && write_json(&t, &error) != AD_OK) {
-        blame(&t, &error);
-    }
+    const conclusion end = {.program = program,
+                            .quiet = o->quiet,
+                            .json = o->explain ? NULL : o->json,
+                            .name = t.s.e ? t.s.e->settings->name : NULL,
+                            .tell = tell,
+                            .of = &t,
+                            .verdict = &t.verdict};
+    const int ended = conclude(&end, status, &error);
     run_end(&t.folder);
     session_free(&t.s);
-    return verdict_exit_status(&t.verdict);
+    return ended;
 }
 
 static int parse(int count, char **arguments, options *o)

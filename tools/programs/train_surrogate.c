@@ -4,6 +4,7 @@
 #include "tools/prepare/config_session.h"
 #include "tools/prepare/config_surrogate.h"
 #include "tools/programs/cli.h"
+#include "tools/programs/conclude.h"
 #include "tools/programs/eval_rollouts.h"
 #include "tools/programs/progress.h"
 #include "tools/surrogate/training.h"
@@ -121,8 +122,6 @@ static void finish(training *t)
         verdict_print(stdout, "", &t->verdict);
         printf("\n  %s\n  %s\n  %s\n\n  cpinn-eval %s --rollouts %d\n", t->folder.checkpoint,
                t->folder.history, t->folder.config, t->folder.path, EVAL_ROLLOUTS_JUDGED);
-    } else if (verdict_outcome_of(&t->verdict) == VERDICT_WARNING) {
-        verdict_print(stderr, "cpinn-train: ", &t->verdict);
     }
 }
 
@@ -224,40 +223,34 @@ static void explain(training *t)
     }
 }
 
-static ad_status write_json(const training *t, ad_error *error)
+static void tell(const void *of, json *to)
 {
-    json to;
-    json_begin(&to);
-    json_text(&to, "program", t->asked->program);
-    json_text(&to, "version", cli_version());
-    json_text(&to, "name", t->settings->settings.name);
-    report_verdict(&to, &t->verdict);
+    const training *t = of;
     if (t->own) {
         const surrogate_training_info info = *surrogate_training_inspect(t->own);
         const fit *f = surrogate_training_fit(t->own);
-        json_integer(&to, "step", f->at.step);
-        json_integer(&to, "stage", f->at.stage);
-        json_integer(&to, "stages", t->settings->settings.stage_count);
-        json_number(&to, "training_seconds", t->seconds);
-        json_number(&to, "prepared_seconds", info.prepared);
-        json_integer(&to, "parameters", (int64_t)info.parameters);
-        json_integer(&to, "solved", (int64_t)info.solved);
-        json_text(&to, "frame", info.frame);
-        json_number(&to, "loss", f->loss);
-        json_number(&to, "held_out", f->held_out);
-        json_text(&to, "checkpoint", t->folder.checkpoint);
-        json_text(&to, "history", t->folder.history);
-        json_text(&to, "config", t->folder.config);
+        json_integer(to, "step", f->at.step);
+        json_integer(to, "stage", f->at.stage);
+        json_integer(to, "stages", t->settings->settings.stage_count);
+        json_number(to, "training_seconds", t->seconds);
+        json_number(to, "prepared_seconds", info.prepared);
+        json_integer(to, "parameters", (int64_t)info.parameters);
+        json_integer(to, "solved", (int64_t)info.solved);
+        json_text(to, "frame", info.frame);
+        json_number(to, "loss", f->loss);
+        json_number(to, "held_out", f->held_out);
+        json_text(to, "checkpoint", t->folder.checkpoint);
+        json_text(to, "history", t->folder.history);
+        json_text(to, "config", t->folder.config);
     }
     if (t->judged) {
         const rollouts_row *row = &t->report.rows[ROLLOUTS_MODEL];
-        json_number(&to, "one_step_median", row->error[ROLLOUTS_ONE][ROLLOUTS_MEDIAN]);
-        json_number(&to, "one_step_worst", row->error[ROLLOUTS_ONE][ROLLOUTS_WORST]);
-        json_number(&to, "rollout_median", row->error[ROLLOUTS_SHORT][ROLLOUTS_MEDIAN]);
-        json_number(&to, "rollout_worst", row->error[ROLLOUTS_SHORT][ROLLOUTS_WORST]);
-        json_integer(&to, "diverged", row->diverged);
+        json_number(to, "one_step_median", row->error[ROLLOUTS_ONE][ROLLOUTS_MEDIAN]);
+        json_number(to, "one_step_worst", row->error[ROLLOUTS_ONE][ROLLOUTS_WORST]);
+        json_number(to, "rollout_median", row->error[ROLLOUTS_SHORT][ROLLOUTS_MEDIAN]);
+        json_number(to, "rollout_worst", row->error[ROLLOUTS_SHORT][ROLLOUTS_WORST]);
+        json_integer(to, "diverged", row->diverged);
     }
-    return json_end(&to, t->asked->json, error);
 }
 
 static ad_status go(training *t, bool *began, ad_error *error)
@@ -309,18 +302,18 @@ int train_surrogate(const train_surrogate_options *asked, config *settings)
         return 0;
     }
     const ad_status status = go(&t, &began, &error);
-    if (status != AD_OK) {
-        cli_fail_error(asked->program, &error);
-        verdict_add_error(&t.verdict, &error);
-    }
-    if (asked->json && write_json(&t, &error) != AD_OK) {
-        cli_fail_error(asked->program, &error);
-        verdict_add_error(&t.verdict, &error);
-    }
+    const conclusion end = {.program = asked->program,
+                            .quiet = asked->quiet,
+                            .json = asked->json,
+                            .name = settings->settings.name,
+                            .tell = tell,
+                            .of = &t,
+                            .verdict = &t.verdict};
+    const int ended = conclude(&end, status, &error);
     run_end(&t.folder);
     rollouts_free(&t.report);
     surrogate_training_free(t.own);
     ad_pool_free(t.pool);
     config_free(settings);
-    return verdict_exit_status(&t.verdict);
+    return ended;
 }
