@@ -38,6 +38,7 @@ CONFIG_NAMES(environment_unit_names, ENVIRONMENT_UNIT_LIST(CONFIG_UNIT_NAME))
 CONFIG_NAMES(environment_side_names, ENVIRONMENT_SIDE_LIST(CONFIG_NAME))
 CONFIG_NAMES(plan_method_names, PLAN_METHOD_LIST(CONFIG_NAME))
 CONFIG_NAMES(optimize_over_names, OPTIMIZE_OVER_LIST(CONFIG_NAME))
+CONFIG_NAMES(optimize_least_names, OPTIMIZE_LEAST_LIST(CONFIG_NAME))
 
 #define AT(field)            .offset = offsetof(config, field)
 #define STAGE(field)         AT(settings.stages[0].field)
@@ -414,6 +415,13 @@ const config_key config_keys[] = {
      .count_offset = offsetof(config, optimize.box_count)},
     ENVIRONMENT("optimize.environment.", optimize.environment.),
     {"optimize.radius", CONFIG_NUMBER, AT(optimize.radius), NOT_NEGATIVE, .unit = "m"},
+    {"optimize.motion.minimize", CONFIG_CHOICE, AT(optimize.motion.minimize),
+     .names = optimize_least_names},
+    {"optimize.motion.start", CONFIG_TEXT, AT(optimize.motion.start)},
+    {"optimize.motion.end", CONFIG_TEXT, AT(optimize.motion.end)},
+    {"optimize.motion.intervals", CONFIG_INTEGER, AT(optimize.motion.intervals), BETWEEN(4, 400)},
+    {"optimize.motion.modes", CONFIG_INTEGER, ENTRIES(4, 4), AT(optimize.motion.modes),
+     BETWEEN(0, 12)},
     {"optimize.points", CONFIG_INTEGER, AT(optimize.points), BETWEEN(2, OPTIMIZE_POINTS_MAX)},
     {"optimize.starts", CONFIG_INTEGER, AT(optimize.starts), BETWEEN(1, OPTIMIZE_STARTS_MAX)},
     {"optimize.tolerance", CONFIG_NUMBER, AT(optimize.tolerance), BETWEEN(1e-12, 1e-3)},

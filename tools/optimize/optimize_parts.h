@@ -66,7 +66,6 @@ struct optimization {
     size_t nonzeros; /* of the derivatives of rows */
     double *x;       /* [n] */
     size_t members;  /* solved */
-    int steps;       /* of the descent */
     const optimize_solver *solver;
     ad_error why; /* of a solver that failed, with its status */
 
@@ -93,11 +92,6 @@ ad_status optimize_shape(optimization *o, ad_error *error);
 bool optimize_look(optimization *o, const double *x);
 bool optimize_at(optimization *o, const double *x);
 
-/* Bounds of variables and rows; places of the derivatives. */
-void optimize_limits(const optimization *o, double *x_low, double *x_high, double *row_low,
-                     double *row_high);
-void optimize_entries(const optimization *o, int *row, int *column);
-
 /* The values of parameters that a scenario has with x. */
 void optimize_given(const optimization *o, const double *x, size_t scenario, double *parameters);
 
@@ -105,7 +99,7 @@ void optimize_given(const optimization *o, const double *x, size_t scenario, dou
 typedef void optimize_visitor(void *context, int constraint, size_t scenario, size_t row);
 void optimize_visit(const optimization *o, optimize_visitor *visit, void *context);
 
-/* ipopt.c: descends from o->x, which is where it ends; multipliers. */
+/* Descends from o->x, which is where it ends; multipliers. */
 ad_status optimize_descend(optimization *o, int *steps, bool *converged, ad_error *error);
 
 #endif

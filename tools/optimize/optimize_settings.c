@@ -4,7 +4,8 @@
 
 optimize_settings optimize_settings_default(void)
 {
-    optimize_settings x = {.environment = ENVIRONMENT_DEFAULT,
+    optimize_settings x = {.motion = {.intervals = 40, .modes = {3, 1, 0, 0}},
+                           .environment = ENVIRONMENT_DEFAULT,
                            .radius = NAN,
                            .points = 33,
                            .starts = 8,
@@ -19,4 +20,9 @@ optimize_settings optimize_settings_default(void)
 bool optimize_is_given(const optimize_settings *settings)
 {
     return settings->minimize || settings->maximize;
+}
+
+bool optimize_motion_is_given(const optimize_settings *settings)
+{
+    return settings->motion.start || settings->motion.end;
 }

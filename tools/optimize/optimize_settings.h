@@ -17,8 +17,10 @@ enum {
 };
 
 #define OPTIMIZE_OVER_LIST(X)      X(OPTIMIZE_MEAN, "mean") X(OPTIMIZE_WORST, "worst")
+#define OPTIMIZE_LEAST_LIST(X)     X(OPTIMIZE_TIME, "time") X(OPTIMIZE_EFFORT, "effort")
 #define OPTIMIZE_ENUM(value, text) value,
 typedef enum optimize_over { OPTIMIZE_OVER_LIST(OPTIMIZE_ENUM) } optimize_over;
+typedef enum optimize_least { OPTIMIZE_LEAST_LIST(OPTIMIZE_ENUM) } optimize_least;
 #undef OPTIMIZE_ENUM
 
 typedef struct optimize_place {
@@ -26,7 +28,16 @@ typedef struct optimize_place {
     double at; /* m */
 } optimize_place;
 
+/* From rest to rest, in the least time or with the least effort. */
+typedef struct optimize_motion_settings {
+    optimize_least minimize;
+    const char *start, *end; /* "tension=1": inputs under which the rod is at rest there */
+    int intervals;           /* in which inputs are held */
+    int modes[4];            /* reduced_settings */
+} optimize_motion_settings;
+
 typedef struct optimize_settings {
+    optimize_motion_settings motion; /* in place of all that follows */
     const char *minimize, *maximize; /* formulas; one of them */
     int variable_count, each_count, box_count, constraint_count, place_count, case_count;
     const char *variables[SCENE_PARAMETERS_MAX]; /* one value for all cases */
@@ -46,7 +57,10 @@ typedef struct optimize_settings {
 
 optimize_settings optimize_settings_default(void);
 
-/* Whether a scene has the section: it says what is made small or large. */
+/* Whether a scene has the section: it says what is made small or large. And whether that of a
+ * motion.
+ */
 bool optimize_is_given(const optimize_settings *settings);
+bool optimize_motion_is_given(const optimize_settings *settings);
 
 #endif

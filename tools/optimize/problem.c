@@ -1,5 +1,6 @@
 /* The problem as IPOPT sees it: an objective and rows of constraints by variables z, with their
  * derivatives. */
+#include "tools/optimize/descent.h"
 #include "tools/optimize/optimize_parts.h"
 
 #include "physics/chain/solve_members.h"
@@ -286,8 +287,9 @@ void optimize_visit(const optimization *o, optimize_visitor *visit, void *contex
     }
 }
 
-void optimize_limits(const optimization *o, double *x_low, double *x_high, double *row_low,
-                     double *row_high)
+/* Of variables and rows. */
+static void find_limits(const optimization *o, double *x_low, double *x_high, double *row_low,
+                        double *row_high)
 {
     size_t row = 0;
     for (size_t i = 0; i < o->n; i++) {
@@ -325,7 +327,8 @@ static void put_entries(const optimization *o, size_t e, size_t rows, bool toppe
     }
 }
 
-void optimize_entries(const optimization *o, int *row, int *column)
+/* Places of the derivatives. */
+static void find_entries(const optimization *o, int *row, int *column)
 {
     size_t at = 0, now = 0;
     for (size_t e = 0; e < o->scenarios; e++) {
@@ -336,4 +339,45 @@ void optimize_entries(const optimization *o, int *row, int *column)
             put_entries(o, e, rows_of(o, i, e), false, row, column, &at, &now);
         }
     }
+}
+
+static bool at(void *of, const double *x)
+{
+    return optimize_at(of, x);
+}
+
+ad_status optimize_descend(optimization *o, int *steps, bool *converged, ad_error *error)
+{
+    double *limits = malloc((2 * o->n + 2 * o->m + 1) * sizeof *limits);
+    int *entries = malloc((2 * o->nonzeros + 1) * sizeof *entries);
+    ad_status status = limits && entries
+                           ? AD_OK
+                           : ad_fail(error, AD_NO_MEMORY, "out of memory for an optimisation");
+    if (status == AD_OK) {
+        double *high = limits + o->n, *row_low = high + o->n, *row_high = row_low + o->m;
+        find_limits(o, limits, high, row_low, row_high);
+        find_entries(o, entries, entries + o->nonzeros);
+        const descent d = {.n = o->n,
+                           .m = o->m,
+                           .nonzeros = o->nonzeros,
+                           .x_low = limits,
+                           .x_high = high,
+                           .row_low = row_low,
+                           .row_high = row_high,
+                           .row_of = entries,
+                           .column_of = entries + o->nonzeros,
+                           .at = at,
+                           .of = o,
+                           .value = &o->value,
+                           .gradient = o->gradient,
+                           .row = o->row,
+                           .by = o->by,
+                           .why = &o->why,
+                           .x = o->x,
+                           .multiplier = o->multiplier};
+        status = optimize_descent(&d, steps, converged, error);
+    }
+    free(limits);
+    free(entries);
+    return status;
 }

@@ -3,6 +3,7 @@
 #include "tools/files/json.h"
 #include "tools/files/table_file.h"
 #include "tools/library/trained_family.h"
+#include "tools/optimize/motion.h"
 #include "tools/optimize/optimize.h"
 #include "tools/prepare/prepare.h"
 #include "tools/programs/cli.h"
@@ -44,6 +45,8 @@ typedef struct optimizing {
     environment *around;
     asked_members way, end; /* on the way; at the end, more exactly */
     optimize_report report, close;
+    optimize_motion *motion;
+    optimize_motion_report moved;
     verdict verdict;
 } optimizing;
 
@@ -277,10 +280,34 @@ static void json_cases(const optimizing *x, json *to)
     json_close(to, ']');
 }
 
+static void json_replay(json *to, const char *name, const optimize_replay *replay)
+{
+    json_open(to, name, '{');
+    json_number(to, "off", replay->off);
+    json_number(to, "speed", replay->speed);
+    json_close(to, '}');
+}
+
+static void json_motion(const optimizing *x, json *to)
+{
+    const optimize_motion_report *r = &x->moved;
+    json_number(to, "duration", r->duration);
+    json_number(to, "effort", r->effort);
+    json_number(to, "violation", r->violation);
+    json_number(to, "way", r->way);
+    json_replay(to, "same_modes", &r->same);
+    json_replay(to, "more_modes", &r->finer);
+    json_integer(to, "steps", r->steps);
+    json_number(to, "seconds", r->seconds);
+}
+
 static void tell(const void *of, json *to)
 {
     const optimizing *x = of;
     const optimize_report *r = &x->report;
+    if (x->moved.starts > 0) {
+        json_motion(x, to);
+    }
     if (r->starts > 0) {
         json_number(to, "objective", r->objective);
         json_number(to, "objective_error", objective_error(x));
@@ -398,7 +425,13 @@ static ad_status read_scene(optimizing *x, ad_error *error)
     }
     x->family = &x->settings->scene;
     x->way.settings = x->settings->optimize;
-    if (!optimize_is_given(&x->way.settings)) {
+    const bool moves = optimize_motion_is_given(&x->way.settings);
+    if (moves && optimize_is_given(&x->way.settings)) {
+        return config_refuse(x->settings, "optimize.motion",
+                             "stands beside optimize.minimize or maximize; give one of them",
+                             error);
+    }
+    if (!moves && !optimize_is_given(&x->way.settings)) {
         return config_refuse(x->settings, "optimize",
                              "says neither what to minimize nor what to maximize; allowed: a "
                              "formula for one of them",
@@ -410,10 +443,112 @@ static ad_status read_scene(optimizing *x, ad_error *error)
     return AD_OK;
 }
 
+/* ---- motions ------------------------------------------------------------------------------- */
+
+/* Of the way of the tip, by which a rod with more modes may miss the end. */
+static const double MISSED = 0.05;
+
+static void print_motion(const optimizing *x)
+{
+    const optimize_motion_report *r = &x->moved;
+    const int *own = x->settings->optimize.motion.modes;
+    printf("%s: from rest to rest\n", x->settings->settings.name);
+    printf("  %d intervals, %d inputs; modes %d, %d, %d, %d\n\n",
+           optimize_motion_intervals(x->motion), optimize_motion_inputs(x->motion), own[0], own[1],
+           own[2], own[3]);
+    printf("duration   %.9g s\neffort     %.9g s\n", r->duration, r->effort);
+    if (r->found) {
+        printf("again      with steps a fourth as long the tip, which goes %.4g m, ends %.1e m off "
+               "at %.1e m/s\n",
+               r->way, r->same.off, r->same.speed);
+        printf("           and with modes %d, %d, %d, %d it ends %.1e m off at %.1e m/s\n",
+               r->modes[0], r->modes[1], r->modes[2], r->modes[3], r->finer.off, r->finer.speed);
+    }
+    printf("cost       %d steps, %.2f s\n", r->steps, r->seconds);
+}
+
+static ad_status write_motion(const optimizing *x, ad_error *error)
+{
+    const int inputs = optimize_motion_inputs(x->motion);
+    const size_t rows = (size_t)optimize_motion_intervals(x->motion) + 1;
+    static const char *const places[3] = {"x", "y", "z"};
+    double *numbers = malloc((size_t)(inputs + 4) * rows * sizeof *numbers);
+    table_build *table = malloc(sizeof *table);
+    ad_status status = numbers && table ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
+    for (size_t k = 0; k < rows && status == AD_OK; k++) {
+        double values[SCENE_PARAMETERS_MAX], tip[3];
+        status = optimize_motion_at(x->motion, (int)k, &numbers[k], values, tip, error);
+        for (int i = 0; i < inputs; i++) {
+            numbers[(size_t)(1 + i) * rows + k] = values[i];
+        }
+        for (int i = 0; i < 3; i++) {
+            numbers[(size_t)(1 + inputs + i) * rows + k] = tip[i];
+        }
+    }
+    if (status == AD_OK) {
+        table_begin(table, rows);
+        for (int i = 0; i < inputs + 4; i++) {
+            const char *name = i == 0        ? "t"
+                               : i <= inputs ? x->family->parameters[i - 1].name
+                                             : places[i - 1 - inputs];
+            table_add(table, name, NULL, numbers + (size_t)i * rows, NULL);
+        }
+        status = table_write(x->asked.out, &table->table, error);
+    }
+    free(numbers);
+    free(table);
+    return status;
+}
+
+static void judge_motion(optimizing *x)
+{
+    const optimize_motion_report *r = &x->moved;
+    if (!r->found) {
+        verdict_add(&x->verdict, r->violation > BEYOND ? VERDICT_INFEASIBLE : VERDICT_NO_OPTIMUM,
+                    "no motion is found; the nearest misses its equations by %.2g of what states "
+                    "vary by; try a longer time.duration, or more optimize.motion.intervals",
+                    r->violation);
+        return;
+    }
+    if (!(r->finer.off <= MISSED * r->way)) {
+        verdict_add(&x->verdict, VERDICT_INFEASIBLE,
+                    "a rod with more modes ends %.2g of the way off; more optimize.motion.modes "
+                    "show them, and damping quiets them",
+                    r->finer.off / r->way);
+    }
+    verdict_add(&x->verdict, VERDICT_LOCAL_OPTIMUM,
+                "no other motion was looked for; whether there is a better one elsewhere is not "
+                "known");
+}
+
+static ad_status run_motion(optimizing *x, ad_error *error)
+{
+    const options *o = &x->asked;
+    char key[64] = "";
+    ad_status status =
+        optimize_motion_create(&x->settings->optimize.motion, x->family, &x->motion, key, error);
+    if (status == AD_BAD_INPUT) {
+        return config_refuse(x->settings, key, error->message, error);
+    }
+    status = status == AD_OK ? optimize_motion_run(x->motion, &x->moved, error) : status;
+    if (status != AD_OK) {
+        return status;
+    }
+    judge_motion(x);
+    if (!o->quiet) {
+        print_motion(x);
+        verdict_print(stdout, "", &x->verdict);
+    }
+    return o->out && x->moved.found ? write_motion(x, error) : AD_OK;
+}
+
 static ad_status run(optimizing *x, ad_error *error)
 {
     const options *o = &x->asked;
     ad_status status = read_scene(x, error);
+    if (status == AD_OK && optimize_motion_is_given(&x->way.settings)) {
+        return run_motion(x, error);
+    }
     status = status == AD_OK ? open_environment(x, error) : status;
     status = status == AD_OK ? ask(x, &x->way, error) : status;
     if (status != AD_OK) {
@@ -466,6 +601,7 @@ int main(int argc, char **argv)
     put_back(&x.way);
     put_back(&x.end);
     environment_free(x.around);
+    optimize_motion_free(x.motion);
     config_free(x.settings);
     return status;
 }
