@@ -9,6 +9,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* Derivatives of a group, and how the last went. */
+typedef struct slope {
+    strain_jacobian *jacobian;
+    ad_status status;
+    ad_error error;
+} slope;
+
 struct solve_members {
     scene open;
     int threads, count;
@@ -18,8 +25,8 @@ struct solve_members {
     double *values;
     double *s; /* [points], over the length */
     ad_pool *pool;
-    strain_group **groups;     /* [threads] */
-    strain_jacobian *jacobian; /* NULL: not asked for yet */
+    strain_group **groups; /* [threads] */
+    slope *slopes;         /* [threads]; NULL: not asked for yet */
 };
 
 /* ---- what is known of a scene -------------------------------------------------------------- */
@@ -222,29 +229,76 @@ ad_status solve_members_refine(solve_members *solver, size_t members, const doub
 
 /* ---- derivatives --------------------------------------------------------------------------- */
 
-static ad_status create_jacobian(solve_members *members, ad_error *error)
+static void free_slopes(solve_members *x)
 {
-    static const int first[SOLVE_MEMBERS_COLUMNS] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};
-    const size_t nodes = solve_members_nodes(members);
-    double *places = malloc(nodes * sizeof *places);
-    if (!places) {
+    for (int i = 0; i < x->threads && x->slopes; i++) {
+        strain_jacobian_free(x->slopes[i].jacobian);
+    }
+    free(x->slopes);
+    x->slopes = NULL;
+}
+
+static ad_status create_slopes(solve_members *x, ad_error *error)
+{
+    ad_status status = AD_OK;
+    x->slopes = calloc((size_t)x->threads, sizeof *x->slopes);
+    if (!x->slopes) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for members");
     }
-    memcpy(places, members->groups[0]->level[members->groups[0]->modes].s, nodes * sizeof *places);
-    ad_status status = strain_jacobian_create(&members->open, nodes, places, members->points,
-                                              members->s, SOLVE_MEMBERS_COLUMNS, first,
-                                              members->pool, &members->jacobian, error);
-    free(places);
+    for (int i = 0; i < x->threads && status == AD_OK; i++) {
+        solve_rod *changes;
+        status = solve_rod_create_changes(&x->open, &x->parameters, &changes, error);
+        if (status == AD_OK) {
+            status = strain_jacobian_create(x->groups[i], changes, &x->slopes[i].jacobian, error);
+        }
+    }
+    if (status != AD_OK) {
+        free_slopes(x);
+    }
     return status;
+}
+
+/* Derivatives of groups of LANES, of this process alone. */
+typedef struct derived {
+    solve_members *x;
+    size_t members;
+    const double *parameters, *curvature;
+    double *jacobian;
+} derived;
+
+static void derive_group(void *context, int item, int thread)
+{
+    const derived *of = context;
+    const solve_members *x = of->x;
+    slope *by = &x->slopes[thread];
+    const size_t first = LANES * (size_t)item, left = of->members - first, count = (size_t)x->count;
+    if (by->status == AD_OK) {
+        by->status = strain_jacobian_run(
+            by->jacobian, left < LANES ? left : LANES, of->parameters + first * count,
+            of->curvature + first * 3 * solve_members_nodes(x),
+            of->jacobian + first * x->points * SOLVE_MEMBERS_COLUMNS * count, &by->error);
+    }
 }
 
 ad_status solve_members_jacobian(solve_members *solver, size_t members, const double *parameters,
                                  const double *curvature, double *jacobian, ad_error *error)
 {
-    ad_status status = solver->jacobian ? AD_OK : create_jacobian(solver, error);
-    return status == AD_OK ? strain_jacobian_run(solver->jacobian, members, parameters, curvature,
-                                                 NULL, jacobian, error)
-                           : status;
+    derived of = {solver, members, parameters, curvature, jacobian};
+    ad_status status = solver->count == 0 || solver->slopes ? AD_OK : create_slopes(solver, error);
+    if (status != AD_OK || solver->count == 0) {
+        return status;
+    }
+    for (int i = 0; i < solver->threads; i++) {
+        solver->slopes[i].status = AD_OK;
+    }
+    ad_pool_run(solver->pool, (int)((members + LANES - 1) / LANES), derive_group, &of);
+    for (int i = 0; i < solver->threads && status == AD_OK; i++) {
+        status = solver->slopes[i].status;
+        if (status != AD_OK) {
+            status = ad_fail(error, status, "%s", solver->slopes[i].error.message);
+        }
+    }
+    return status;
 }
 
 /* ---- where curvature is given -------------------------------------------------------------- */
@@ -331,10 +385,10 @@ ad_status solve_members_create(const scene *open, const solve_members_settings *
 void solve_members_free(solve_members *members)
 {
     if (members) {
+        free_slopes(members);
         for (int i = 0; members->groups && i < members->threads; i++) {
             strain_group_free(members->groups[i]);
         }
-        strain_jacobian_free(members->jacobian);
         ad_pool_free(members->pool);
         free(members->s);
         free(members->groups);

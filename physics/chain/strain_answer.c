@@ -18,39 +18,19 @@ typedef struct question {
     double predicted[LANES], left[LANES];
 } question;
 
-static void set_curvature(question *q, const double *curvature)
+static void set_curvature(strain_group *group, size_t members, const double *curvature)
 {
-    const size_t unknowns = (size_t)q->level->form->elastic;
-    strain_level_rest(q->level); /* v is sought from there */
-    memset(q->level->form->still, 0, sizeof q->level->form->still);
-    memset(q->fine->form->still, 0, sizeof q->fine->form->still);
+    strain_level *level = &group->level[group->modes];
+    strain_form *fine = group->level[group->modes + STRAIN_BEYOND].form;
+    const size_t unknowns = (size_t)level->form->elastic;
+    strain_level_rest(level); /* v is sought from there */
+    memset(level->form->still, 0, sizeof level->form->still);
+    memset(fine->still, 0, sizeof fine->still);
     for (size_t lane = 0; lane < LANES; lane++) {
-        const double *from = curvature + (lane < q->members ? lane : 0) * unknowns;
+        const double *from = curvature + lane % members * unknowns;
         for (size_t i = 0; i < unknowns; i++) {
-            q->level->form->at[i / 3].u[i % 3][lane] = from[i] * q->group->rod->scales.length;
+            level->form->at[i / 3].u[i % 3][lane] = from[i] * group->rod->scales.length;
         }
-    }
-}
-
-void strain_group_fit(int rows, int count, int open, int apart, const double *columns, double *x)
-{
-    static const double most = 1e-13; /* of the derivative of the squares by a number that is 0 */
-    double normal[COMPLEMENT_MAX * COMPLEMENT_MAX], right[COMPLEMENT_MAX], found[COMPLEMENT_MAX];
-    for (int a = 0; a < count; a++) {
-        right[a] = 0;
-        for (int b = 0; b <= count; b++) {
-            double sum = a == b ? 1e-12 : 0;
-            for (int k = 0; k < rows; k++) {
-                sum += columns[(a * rows + k) * apart] * columns[(b * rows + k) * apart];
-            }
-            right[a] += b < count ? sum * x[b] : -sum;
-            if (b < count) {
-                normal[a * count + b] = sum;
-            }
-        }
-    }
-    if (solve_complement(count, open, normal, right, most, found)) {
-        memcpy(x, found, (size_t)count * sizeof *x);
     }
 }
 
@@ -76,7 +56,7 @@ static void guess_held(strain_form *form)
         for (int c = 0; c < count; c++) {
             x[c] = (*of[c])[lane];
         }
-        strain_group_fit(n, count, open, LANES, (const double *)columns + lane, x);
+        solve_complement_fit(n, count, open, LANES, (const double *)columns + lane, x);
         for (int c = 0; c < count; c++) {
             (*of[c])[lane] = x[c];
         }
@@ -104,6 +84,24 @@ static void guess_forces(strain_form *form)
     for (int k = 0; k < form->place_count; k++) {
         memcpy(form->places[k].force, form->places[k].push.force, sizeof form->places[k].force);
     }
+}
+
+ad_status strain_group_take(strain_group *group, size_t members, const double *parameters,
+                            const double *curvature, ad_error *error)
+{
+    strain_level *level = &group->level[group->modes];
+    const lanes whole = NO_LANES + 1;
+    ad_status status = strain_group_parameters(group, members, parameters, error);
+    if (status == AD_OK) {
+        status = strain_level_give(level, group->rod, group->count, group->parameters, group->room,
+                                   error);
+    }
+    if (status == AD_OK) {
+        set_curvature(group, members, curvature);
+        strain_level_load(level, &whole);
+        guess_forces(level->form);
+    }
+    return status;
 }
 
 static void put_curvature(const question *q, bool stepped, double *refined)
@@ -140,11 +138,17 @@ static void move(strain_form *form)
     strain_form_move(form, form->right, &whole);
 }
 
+void strain_group_place(strain_group *group)
+{
+    strain_level *fine = &group->level[group->modes + STRAIN_BEYOND];
+    strain_level_refine(&group->beyond, &group->level[group->modes], fine);
+    strain_form_place(fine->form);
+}
+
 /* The shape as it is, on the finer mesh, whose points are `placed` from then on. */
 static void place(question *q)
 {
-    strain_level_refine(&q->group->beyond, q->level, q->fine);
-    strain_form_place(q->fine->form);
+    strain_group_place(q->group);
     strain_group_keep(q->fine->form, q->group->placed);
 }
 
@@ -300,11 +304,7 @@ ad_status strain_group_refine(strain_group *group, size_t members, const double 
                   .level = &group->level[group->modes],
                   .fine = &group->level[group->modes + STRAIN_BEYOND]};
     const lanes whole = NO_LANES + 1;
-    ad_status status = strain_group_parameters(group, members, parameters, error);
-    if (status == AD_OK) {
-        status = strain_level_give(q.level, group->rod, group->count, group->parameters,
-                                   group->room, error);
-    }
+    ad_status status = strain_group_take(group, members, parameters, curvature, error);
     if (status == AD_OK && answers) {
         status = strain_level_give(q.fine, group->rod, group->count, group->parameters, group->room,
                                    error);
@@ -313,9 +313,6 @@ ad_status strain_group_refine(strain_group *group, size_t members, const double 
         return status;
     }
     memset(q.stable, true, sizeof q.stable);
-    set_curvature(&q, curvature);
-    strain_level_load(q.level, &whole);
-    guess_forces(q.level->form);
     if (answers) {
         strain_level_load(q.fine, &whole);
     }

@@ -125,7 +125,7 @@ static bool add_tensions(strain_form *form)
     const size_t border = count > 0 ? 2 * (size_t)form->unknowns : 0;
     form->tension_room = make(count * (each + count) + border, sizeof *form->tension_room);
     form->tension_shares = make(count * nodes, sizeof *form->tension_shares);
-    form->pulled = make(count + (size_t)form->rub_count > 0 ? nodes : 0, sizeof *form->pulled);
+    form->pulled = make(nodes, sizeof *form->pulled);
     if (!form->tensions || !form->tension_room || !form->tension_shares || !form->pulled) {
         return false;
     }

@@ -105,6 +105,24 @@ typedef struct strain_node {
     lanes load[2][3], load_by_turn[2][3][3];
 } strain_node;
 
+/* What numbers that are given change by themselves, all that is sought as it is: at a point r',
+ * world, the equation, force and moment per length, and the force that laws make of the place; */
+typedef struct strain_source {
+    lanes slope[3], row[3], load[2][3], push[3];
+} strain_source;
+
+/* and all together. */
+typedef struct strain_sources {
+    strain_source *points; /* [nodes] */
+    lanes (*edges)[2][3];  /* [elements + 1] force and moment there */
+    lanes (*places)[3];    /* [place_count] as push */
+    lanes start[2][3],
+        end[2][3];           /* position and turn of the beginning, and of what holds the end */
+    lanes *lengths;          /* [tension_count] by how much tendons are shorter */
+    lanes (*tangents)[3];    /* [rub_count][nodes] of those with friction, body */
+    lanes (*steps)[3][3][3]; /* of each step of Magnus (step_change) */
+} strain_sources;
+
 /* What rods of one form have in common. */
 typedef struct strain_kind {
     int stages, elements, actuators;
@@ -150,11 +168,10 @@ typedef struct strain_form {
     strain_tension *tensions; /* [tension_count] */
     lanes *tension_room;      /* theirs; */
     double *tension_shares;   /* theirs; */
-    lanes *shorter;     /* [tension_count]^2 by how much each becomes shorter with each pull */
-    lanes *border;      /* [2][unknowns] room */
-    lanes (*pulled)[6]; /* [nodes] a change of what pulls, with the sign of N, of which the force
-                         * is in the world */
-    strain_rub *rubs;   /* [rub_count] */
+    lanes *shorter;        /* [tension_count]^2 by how much each becomes shorter with each pull */
+    lanes *border;         /* [2][unknowns] room */
+    lanes (*pulled)[2][3]; /* [nodes] by a change of what pulls or is given: r', the equation */
+    strain_rub *rubs;      /* [rub_count] */
     int rub_count;
     lanes *rub_room;                    /* theirs */
     lanes (*strained)[6], (*turned)[3]; /* [nodes] how points change, of a direction */
@@ -218,14 +235,23 @@ void strain_form_linearise(strain_form *form);
 void strain_form_apply(strain_form *form, const lanes *direction, lanes *result);
 void strain_form_linearise_first(strain_form *form, double *matrix);
 
+/* The change of the residual by a direction and by sources, as strain_form_apply but with the turns
+ * of Magnus' steps as they are, of one substep: the matrix leaves out what finite steps add. Then
+ * strains [nodes] (v, u) are what these change by. */
+void strain_form_steps(strain_form *form, lanes (*steps)[3][3][3]);
+void strain_form_change(strain_form *form, const strain_sources *sources, const lanes *direction,
+                        lanes *result, lanes (*strains)[6]);
+
 /* right becomes the step to subtract, by elimination in all lanes: element by element where
  * curvatures alone are sought, else of the full matrix. A singular one gives numbers that are none.
  * Tensions are beside the matrix: the step is to those of the linear model of which no tendon with
  * tension is slack and none without is too long. */
 void strain_form_solve(strain_form *form);
 
-/* The same of another right side, by the elimination that was last. */
+/* The same of another right side, by the elimination that was last; or of a change, in which of
+ * tensions those that are more than `least` move, and no others. */
 void strain_form_solve_again(strain_form *form);
+void strain_form_solve_change(strain_form *form, double least);
 
 /* Subtracts `share` of a step. */
 void strain_form_move(strain_form *form, const lanes *step, const lanes *share);

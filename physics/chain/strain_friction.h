@@ -113,8 +113,10 @@ PROCESSOR_INLINE void change_rubbed(strain_form *form, int node, const lanes *di
     }
 }
 
-/* How the turning of an element's points changes, by how they have `turned` and are `strained`. */
-PROCESSOR_INLINE void change_turning(strain_form *form, const strain_rub *of, int e, lanes *turning)
+/* How the turning of an element's points changes, by how they have `turned` and are `strained`, and
+ * by a change of the tangents [nodes] in the body; NULL: none. */
+PROCESSOR_INLINE void change_turning(strain_form *form, const strain_rub *of,
+                                     const lanes (*tangents)[3], int e, lanes *turning)
 {
     const int n = form->kind.stages, first = e * n;
     lanes tangent[GAUSS_STAGES_MAX][3];
@@ -125,6 +127,9 @@ PROCESSOR_INLINE void change_turning(strain_form *form, const strain_rub *of, in
             body[c] = NO_LANES;
             for (int i = 0; i < 6; i++) {
                 body[c] += of->bend[node][law_entry(c, i)] * form->strained[node][i];
+            }
+            if (tangents) {
+                body[c] += tangents[node][c];
             }
         }
         lanes_to_world(form->at[node].R, body, bent);
@@ -141,8 +146,9 @@ PROCESSOR_INLINE void change_turning(strain_form *form, const strain_rub *of, in
     }
 }
 
-/* The rows of angles. */
-PROCESSOR_INLINE void rows_of_angles(strain_form *form, const lanes *direction, lanes *to)
+/* The rows of angles; tangents [rub_count][nodes]. */
+PROCESSOR_INLINE void rows_of_angles(strain_form *form, lanes (*tangents)[3],
+                                     const lanes *direction, lanes *to)
 {
     const int n = form->kind.stages;
     for (int k = 0; k < form->rub_count; k++) {
@@ -151,7 +157,9 @@ PROCESSOR_INLINE void rows_of_angles(strain_form *form, const lanes *direction, 
         for (int e = 0; e < form->kind.elements; e++) {
             memset(by, 0, sizeof by);
             if (runs_along(form, of, e)) {
-                change_turning(form, of, e, turning);
+                change_turning(form, of,
+                               tangents ? (const lanes(*)[3])tangents + k * form->nodes : NULL, e,
+                               turning);
                 add_turning(form, turning, &angle, by);
             }
             for (int i = 0; i < n; i++) {

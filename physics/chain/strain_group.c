@@ -590,7 +590,7 @@ ad_status strain_group_parameters(strain_group *group, size_t members, const dou
     const bool grows = solve_rod_part_kind(group->rod, SOLVE_GROWTH).width > 0;
     ad_status status = AD_OK;
     for (size_t lane = 0; lane < LANES; lane++) {
-        const size_t from = lane < members ? lane : 0;
+        const size_t from = lane % members;
         memcpy(group->parameters + lane * count, parameters + from * count,
                count * sizeof *parameters);
         for (size_t i = 0; i < outputs && grows; i++) {

@@ -41,12 +41,6 @@ void strain_group_free(strain_group *group);
 /* Curvature is given and taken on this level, 0 < level < solved. AD_NO_MEMORY. */
 ad_status strain_group_choose(strain_group *group, int modes, ad_error *error);
 
-/* Numbers x [count], at most COMPLEMENT_MAX, that equations depend on linearly, become those with
- * which these are met best, by least squares; all but the first `open` are not negative. columns
- * [count + 1][rows], their numbers `apart` from one another: what each does, and what is missing
- * with the x that is given. */
-void strain_group_fit(int rows, int count, int open, int apart, const double *columns, double *x);
-
 /* `members` of them, at most LANES: as solve_members_curvature and solve_members_refine. */
 ad_status strain_group_solve(strain_group *group, size_t members, const double *parameters,
                              double *values, double *curvature, solve_member *results,
@@ -55,11 +49,17 @@ ad_status strain_group_refine(strain_group *group, size_t members, const double 
                               const double *curvature, int steps, double *values, double *refined,
                               solve_answer *answers, ad_error *error);
 
-/* ---- for strain_answer.c ------------------------------------------------------------------- */
+/* ---- for strain_answer.c, strain_jacobian.c ------------------------------------------------ */
 
-/* Where members are few, the first again. */
+/* Where members are fewer than lanes, all of them again. */
 ad_status strain_group_parameters(strain_group *group, size_t members, const double *parameters,
                                   ad_error *error);
+
+/* The level on which curvature is given has that of these members under the whole load, and forces
+ * that are sought as far as these are known without a step; and the finer one its shape. */
+ad_status strain_group_take(strain_group *group, size_t members, const double *parameters,
+                            const double *curvature, ad_error *error);
+void strain_group_place(strain_group *group);
 
 /* Newton's step in `right`, and its largest change of curvature, of no number where there is none;
  * of lanes that are left out it is 0. */

@@ -133,6 +133,40 @@ PROCESSOR_INLINE void turn_over(strain_edge *edge, lanes q[4])
     }
 }
 
+/* Terms of a step of Magnus, magnus [3][GAUSS_STAGES_MAX], of a vector at the points of an element.
+ */
+PROCESSOR_INLINE void step_terms(const strain_form *form, int e, const double *magnus,
+                                 const lanes *first, size_t stride, lanes a[3][3])
+{
+    for (int k = 0; k < 3; k++) {
+        for (int c = 0; c < 3; c++) {
+            lanes sum = NO_LANES;
+            for (int j = 0; j < form->kind.stages; j++) {
+                sum += magnus[k * GAUSS_STAGES_MAX + j] * first[(size_t)j * stride + (size_t)c];
+            }
+            a[k][c] = sum * form->width[e];
+        }
+    }
+}
+
+/* By a change of u at the points of an element and a turn of its beginning, which becomes that of
+ * its end: the turns of its points, by steps as strain_form_steps makes them. */
+PROCESSOR_INLINE void turn_by_steps(const strain_form *form, lanes (*steps)[3][3][3], int e,
+                                    const lanes *change, lanes turn[3], lanes (*at)[3])
+{
+    const int n = form->kind.stages;
+    for (int i = 0; i <= n; i++) {
+        lanes a[3][3];
+        step_terms(form, e, form->magnus[i][0], change, 3, a);
+        for (int k = 0; k < 3; k++) {
+            add_applied(steps[e * (n + 1) + i][k], a[k], turn);
+        }
+        if (i < n) {
+            memcpy(at[i], turn, sizeof at[i]);
+        }
+    }
+}
+
 /* Integrals over an element of rate [stages]: to its points and to its end from its beginning,
  * where `from` is known, */
 PROCESSOR_INLINE void integrate_on(strain_form *form, int e, lanes (*rate)[3], const lanes from[3],

@@ -1,440 +1,583 @@
-/* Derivatives of equilibria by the parameters of their family, from the strain form on the tape
- * (physics/rod/strain.h): with the residual F(u, p) of the curvature u and the shape G(u, p),
- *
- *   dG/dp = G_p - G_u F_u^-1 F_p                                   (implicit function theorem)
- *
- * Forces that depend on the position, those of a held end, and tensions of tendons whose length is
- * given are sought with u, and follow from it. */
 #include "physics/chain/strain_jacobian.h"
 
-#include "autodiff/dense.h"
-#include "physics/chain/strain_group.h"
-#include "physics/local/complement.h"
-#include "physics/rod/rod_internal.h"
-#include "physics/rod/strain.h"
+#include "physics/chain/strain_inline.h"
 
-#include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
-/* Directions at a time, of all members: enough for all threads. */
-enum { DIRECTIONS = 4096 };
-
-/* Tensions, by EI/L^2, that are none: of a tendon that is slack, or just as long as it may be. */
+/* A tension, by EI/L^2, that is none: of a tendon that is slack, or just as long as it may be. */
 static const double SLACK = 1e-7;
 
+/* The matrix of the elimination leaves out what Magnus' steps of finite length add: each time that
+ * share of what is missing is left. Where more is sought than the curvature, steps before. */
+enum { AGAIN = 2, SETTLED = 2 };
+
+/* At a point: what actuators and the law of the section leave of the wrench, (1 + C T_vv)^-1, T_uv.
+ */
+typedef struct softness {
+    lanes left[6], inverse[3][3], turned[3][3];
+} softness;
+
+/* The shape on the finer mesh, as it changes. */
+typedef struct finer {
+    lanes *u, *v, *turns, *slopes; /* [nodes][3] */
+    lanes (*edges)[2][3];          /* [elements + 1] turn, position */
+    lanes (*steps)[3][3][3];       /* within the mesh; */
+    lanes (*ends)[3][3][3];        /* [outputs] and to outputs */
+} finer;
+
 struct strain_jacobian {
-    size_t forces, held, unknowns, count; /* sought before the curvature, after it; all */
-    size_t tensions;                      /* of the held, the last */
-    double arm[SCENE_TENDONS_MAX];        /* of their tendons (rod_tendon_arm) */
-    size_t rows;                          /* of a shape */
-    int columns;
-    double length;
-    ad_program *residual, *shape; /* derivatives along a direction */
-    ad_program *left, *values;    /* the residual, the shape */
-    size_t chunk;                 /* members at a time */
-    /* By members: [unknowns][chunk], [count][chunk]; by directions, of which a member has
-     * unknowns + count: the same with them, and [rows]. */
-    double *curvature, *parameters, *by_curvature, *by_parameter, *results;
-    double *matrix, *right; /* [unknowns][unknowns], [count][unknowns] of a member */
-    double *holding;        /* [chunk][held][3 nodes + tensions]: what holds an end does */
-    double *fit;            /* [held + 1][3 nodes + tensions], the same of one, and the residual */
-    bool *slack;            /* [chunk][tensions] */
-    int *pivots;
+    strain_group *group;
+    solve_rod *changes;
+    strain_level by;              /* has what numbers change by */
+    double *values[STRAIN_PARTS]; /* of parts by all parameters */
+    double *growth;               /* [LANES][outputs][count] */
+    double *room;                 /* for strain_level_find */
+    strain_sources sources;
+    softness *softness;             /* [nodes] */
+    lanes *sought, *left, *strains; /* [unknowns] what changes; [nodes][6]; [nodes][3] u or v */
+    finer fine;
+    lanes *columns; /* [outputs][SOLVE_MEMBERS_COLUMNS] */
+    void *memory;
 };
 
 void strain_jacobian_free(strain_jacobian *jacobian)
 {
     if (jacobian) {
-        ad_program_free(jacobian->residual);
-        ad_program_free(jacobian->shape);
-        ad_program_free(jacobian->left);
-        ad_program_free(jacobian->values);
-        free(jacobian->curvature);
-        free(jacobian->parameters);
-        free(jacobian->by_curvature);
-        free(jacobian->by_parameter);
-        free(jacobian->results);
-        free(jacobian->matrix);
-        free(jacobian->right);
-        free(jacobian->holding);
-        free(jacobian->fit);
-        free(jacobian->slack);
-        free(jacobian->pivots);
+        for (int p = 0; p < STRAIN_PARTS; p++) {
+            free(jacobian->values[p]);
+        }
+        strain_level_free(&jacobian->by);
+        solve_rod_free(jacobian->changes);
+        free(jacobian->growth);
+        free(jacobian->room);
+        free(jacobian->memory);
         free(jacobian);
     }
 }
 
-/* ---- recording ----------------------------------------------------------------------------- */
+/* ---- making -------------------------------------------------------------------------------- */
 
-static ad_status compile(ad_value of, const ad_value wrt[2], const ad_value along[2], ad_pool *pool,
-                         ad_program **program, ad_error *error)
+static strain_level *level_of(const strain_jacobian *x)
 {
-    const ad_settings settings = ad_settings_default();
-    if (wrt) {
-        ad_directional(1, &of, 2, wrt, along, &of); /* its errors stay on the tape */
-    }
-    ad_status status = ad_tape_status(of.tape, error);
-    return status == AD_OK ? ad_compile(1, &of, &settings, pool, program, error) : status;
+    return &x->group->level[x->group->modes];
 }
 
-static ad_status record(strain_jacobian *jacobian, ad_tape *tape, const strain_settings *settings,
-                        const double *s, const int *which, ad_pool *pool, ad_error *error)
+static strain_level *fine_of(const strain_jacobian *x)
 {
-    const int n = (int)jacobian->unknowns, m = (int)jacobian->count,
-              points = (int)jacobian->rows / jacobian->columns;
-    ad_value each[SCENE_PARAMETERS_MAX], wrt[2], along[2];
-    strain_rod *rod = NULL;
-    const ad_value at = ad_input(tape, "s", 1); /* the order is that of run */
-    wrt[0] = ad_input_member(tape, "curvature", n);
-    wrt[1] = ad_input_member(tape, "parameters", m);
-    along[0] = ad_input(tape, "by curvature", n);
-    along[1] = ad_input(tape, "by parameters", m);
-    for (int i = 0; i < settings->count; i++) {
-        each[i] = ad_row(wrt[1], i);
-    }
-    ad_status status = strain_rod_create(settings, at, each, &rod, error);
-    if (status == AD_OK) {
-        const ad_value state = strain_rod_state(rod, wrt[0]);
-        const ad_value residual = strain_rod_residual(rod, wrt[0], state);
-        status = compile(residual, wrt, along, pool, &jacobian->residual, error);
-        if (status == AD_OK && jacobian->forces + jacobian->held > 0) {
-            status = compile(residual, NULL, NULL, pool, &jacobian->left, error);
-        }
-        if (status == AD_OK) {
-            const ad_value shape =
-                strain_rod_columns(rod, wrt[0], state, points, s, jacobian->columns, which);
-            status = compile(shape, wrt, along, pool, &jacobian->shape, error);
-            status = status == AD_OK ? compile(shape, NULL, NULL, pool, &jacobian->values, error)
-                                     : status;
-        }
-    }
-    strain_rod_free(rod);
-    return status;
+    return level_of(x) + STRAIN_BEYOND;
 }
 
-static ad_status allocate(strain_jacobian *jacobian, ad_error *error)
+static bool allocate_lanes(strain_jacobian *x)
 {
-    const size_t n = jacobian->unknowns, m = jacobian->count, directions = n + m;
-    jacobian->chunk = DIRECTIONS / directions > 0 ? DIRECTIONS / directions : 1;
-    const size_t all = jacobian->chunk * directions, most = jacobian->rows > n ? jacobian->rows : n;
-    jacobian->curvature = malloc(jacobian->chunk * n * sizeof *jacobian->curvature);
-    jacobian->parameters = malloc(jacobian->chunk * m * sizeof *jacobian->parameters);
-    jacobian->by_curvature = malloc(all * n * sizeof *jacobian->by_curvature);
-    jacobian->by_parameter = malloc(all * m * sizeof *jacobian->by_parameter);
-    jacobian->results = malloc(all * most * sizeof *jacobian->results);
-    jacobian->matrix = malloc(n * n * sizeof *jacobian->matrix);
-    jacobian->right = malloc(jacobian->chunk * n * m * sizeof *jacobian->right);
-    jacobian->holding =
-        malloc(jacobian->chunk * (jacobian->held + 1) * n * sizeof *jacobian->holding);
-    jacobian->fit = malloc((jacobian->held + 1) * n * sizeof *jacobian->fit);
-    jacobian->slack = malloc((jacobian->chunk * jacobian->tensions + 1) * sizeof *jacobian->slack);
-    jacobian->pivots = malloc(n * sizeof *jacobian->pivots);
-    return jacobian->curvature && jacobian->parameters && jacobian->by_curvature &&
-                   jacobian->by_parameter && jacobian->results && jacobian->matrix &&
-                   jacobian->right && jacobian->holding && jacobian->fit && jacobian->slack &&
-                   jacobian->pivots
+    const strain_form *form = level_of(x)->form, *fine = fine_of(x)->form;
+    const size_t nodes = (size_t)form->nodes, edges = (size_t)form->kind.elements + 1;
+    const size_t places = (size_t)form->place_count, rubs = (size_t)form->rub_count;
+    const size_t finer = (size_t)fine->nodes, outputs = (size_t)fine_of(x)->outputs;
+    const size_t unknowns = (size_t)form->unknowns, tensions = (size_t)form->tension_count;
+    const size_t finer_edges = (size_t)fine->kind.elements + 1;
+    enum { STEP = 27 };
+    const struct {
+        void *to;
+        size_t count;
+    } parts[] = {{&x->sources.points, nodes * sizeof(strain_source) / sizeof(lanes)},
+                 {&x->sources.edges, edges * 6},
+                 {&x->sources.places, places * 3},
+                 {&x->sources.lengths, tensions},
+                 {&x->sources.tangents, rubs * nodes * 3},
+                 {&x->sources.steps, (nodes + edges) * STEP},
+                 {&x->softness, nodes * sizeof(softness) / sizeof(lanes)},
+                 {&x->sought, unknowns},
+                 {&x->left, nodes * 6},
+                 {&x->strains, nodes * 3},
+                 {&x->fine.u, finer * 3},
+                 {&x->fine.v, finer * 3},
+                 {&x->fine.turns, finer * 3},
+                 {&x->fine.slopes, finer * 3},
+                 {&x->fine.edges, finer_edges * 6},
+                 {&x->fine.steps, (finer + finer_edges) * STEP},
+                 {&x->fine.ends, outputs * STEP},
+                 {&x->columns, outputs * SOLVE_MEMBERS_COLUMNS}};
+    enum { PARTS = sizeof parts / sizeof *parts };
+    size_t all = 0;
+    for (int i = 0; i < PARTS; i++) {
+        all += parts[i].count;
+    }
+    if (posix_memalign(&x->memory, sizeof(lanes), (all + 1) * sizeof(lanes)) != 0) {
+        x->memory = NULL;
+        return false;
+    }
+    lanes *room = memset(x->memory, 0, (all + 1) * sizeof(lanes));
+    for (int i = 0; i < PARTS; i++) {
+        memcpy(parts[i].to, &room, sizeof room);
+        room += parts[i].count;
+    }
+    return true;
+}
+
+static ad_status allocate(strain_jacobian *x, ad_error *error)
+{
+    const size_t count = (size_t)x->group->count, outputs = (size_t)fine_of(x)->outputs;
+    const size_t nodes = (size_t)level_of(x)->form->nodes;
+    bool good = allocate_lanes(x);
+    x->growth = calloc(LANES * outputs * count + 1, sizeof *x->growth);
+    x->room = malloc(LANES * nodes * (1 + SCENE_PARAMETERS_MAX) * sizeof *x->room);
+    for (int p = 0; p < STRAIN_PARTS && good; p++) {
+        const size_t size = strain_level_part_room(&x->by, x->changes, p);
+        x->values[p] = malloc((size + 1) * sizeof *x->values[p]);
+        good = x->values[p] != NULL;
+    }
+    return good && x->growth && x->room
                ? AD_OK
-               : ad_fail(error, AD_NO_MEMORY, "out of memory for derivatives of a family");
+               : ad_fail(error, AD_NO_MEMORY, "out of memory for derivatives of members");
 }
 
-ad_status strain_jacobian_create(const scene *open, size_t nodes, const double *places,
-                                 size_t points, const double *s, int columns, const int *which,
-                                 ad_pool *pool, strain_jacobian **result, ad_error *error)
+ad_status strain_jacobian_create(strain_group *group, solve_rod *changes, strain_jacobian **result,
+                                 ad_error *error)
 {
-    const char *names[SCENE_PARAMETERS_MAX];
-    double usual[SCENE_PARAMETERS_MAX];
-    strain_settings settings = {
-        .open = open, .count = open->parameter_count, .names = names, .values = usual};
-    scene one;
+    strain_jacobian *x = calloc(1, sizeof *x);
     *result = NULL;
-    for (int i = 0; i < settings.count; i++) {
-        names[i] = open->parameters[i].name;
-        usual[i] = scene_parameter_at(&open->parameters[i], 0.5);
+    if (!x) {
+        solve_rod_free(changes);
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for derivatives of members");
     }
-    scene_middle(open, &one);
-    ad_status status = strain_mesh_at(&one, (int)nodes, places, &settings.mesh, error);
+    *x = (strain_jacobian){.group = group, .changes = changes};
+    const strain_level *of = level_of(x);
+    ad_status status = strain_level_create(changes, of->stages, of->elements, of->edges, true, 0,
+                                           NULL, &x->by, error);
+    status = status == AD_OK ? allocate(x, error) : status;
     if (status != AD_OK) {
+        strain_jacobian_free(x);
         return status;
     }
-    ad_tape *tape = ad_tape_create();
-    strain_jacobian *jacobian = calloc(1, sizeof *jacobian);
-    if (!tape || !jacobian) {
-        status = ad_fail(error, AD_NO_MEMORY, "out of memory for derivatives of a family");
-    } else {
-        jacobian->forces = (size_t)strain_forces(open, (int)nodes);
-        jacobian->held = (size_t)strain_held(open);
-        for (int i = 0; i < one.tendon_count; i++) {
-            if (one.tendons[i].displacement.is_given) {
-                jacobian->arm[jacobian->tensions++] = rod_tendon_arm(&one, i);
-            }
-        }
-        jacobian->unknowns = jacobian->forces + 3 * nodes + jacobian->held;
-        jacobian->count = (size_t)settings.count;
-        jacobian->columns = columns;
-        jacobian->rows = (size_t)columns * points;
-        jacobian->length = scene_length(&one);
-        status = record(jacobian, tape, &settings, s, which, pool, error);
-    }
-    status = status == AD_OK ? allocate(jacobian, error) : status;
-    ad_tape_free(tape);
-    if (status != AD_OK) {
-        strain_jacobian_free(jacobian);
-        return status;
-    }
-    *result = jacobian;
+    *result = x;
     return AD_OK;
 }
 
-/* ---- running ------------------------------------------------------------------------------- */
+/* ---- what is given changes ----------------------------------------------------------------- */
 
-static ad_status run(const strain_jacobian *jacobian, ad_program *program, size_t members,
-                     size_t directions, ad_error *error)
+/* Of all parts and parameters. */
+static ad_status find_changes(strain_jacobian *x, ad_error *error)
 {
-    const double *const inputs[] = {NULL, jacobian->curvature, jacobian->parameters,
-                                    jacobian->by_curvature, jacobian->by_parameter};
-    double *const outputs[] = {jacobian->results};
-    const ad_run all = {
-        .points = members * directions, .inputs = inputs, .outputs = outputs, .members = members};
-    return ad_execute(program, &all, error);
-}
-
-/* Each unknown and each parameter by itself. */
-static void set_units(strain_jacobian *jacobian, size_t members)
-{
-    const size_t n = jacobian->unknowns, m = jacobian->count, all = members * (n + m);
-    memset(jacobian->by_curvature, 0, all * n * sizeof *jacobian->by_curvature);
-    memset(jacobian->by_parameter, 0, all * m * sizeof *jacobian->by_parameter);
-    for (size_t i = 0; i < members; i++) {
-        const size_t first = i * (n + m);
-        for (size_t k = 0; k < n; k++) {
-            jacobian->by_curvature[k * all + first + k] = 1;
-        }
-        for (size_t k = 0; k < m; k++) {
-            jacobian->by_parameter[k * all + first + n + k] = 1;
-        }
-    }
-}
-
-/* The equations of tendons that are slack: no tension, in place of a length. */
-static void let_go(strain_jacobian *jacobian, size_t member)
-{
-    const size_t n = jacobian->unknowns, first = n - jacobian->tensions;
-    for (size_t k = 0; k < jacobian->tensions; k++) {
-        if (jacobian->slack[member * jacobian->tensions + k]) {
-            for (size_t i = 0; i < n; i++) {
-                jacobian->matrix[i * n + first + k] = i == first + k;
-            }
-            for (size_t i = 0; i < jacobian->count; i++) {
-                jacobian->right[(member * jacobian->count + i) * n + first + k] = 0;
-            }
-        }
-    }
-}
-
-/* du/dp into `right` [count][unknowns] of a member; not numbers where F_u is singular. */
-static void solve(strain_jacobian *jacobian, size_t members, size_t member)
-{
-    const size_t n = jacobian->unknowns, m = jacobian->count, all = members * (n + m),
-                 first = member * (n + m);
-    double *right = jacobian->right + member * n * m;
-    for (size_t row = 0; row < n; row++) {
-        const double *of = jacobian->results + row * all + first;
-        for (size_t k = 0; k < n; k++) {
-            jacobian->matrix[k * n + row] = of[k];
-        }
-        for (size_t k = 0; k < m; k++) {
-            right[k * n + row] = -of[n + k];
-        }
-    }
-    let_go(jacobian, member);
-    if (ad_dense_lu(n, jacobian->matrix, jacobian->pivots) == 0) {
-        ad_dense_lu_solve(n, m, jacobian->matrix, jacobian->pivots, right);
-    } else {
-        for (size_t i = 0; i < n * m; i++) {
-            right[i] = NAN;
-        }
-    }
-}
-
-/* The directions in which members move when a parameter does. */
-static void set_changes(strain_jacobian *jacobian, size_t members)
-{
-    const size_t n = jacobian->unknowns, m = jacobian->count, all = members * m;
-    memset(jacobian->by_parameter, 0, all * m * sizeof *jacobian->by_parameter);
-    for (size_t k = 0; k < all; k++) { /* member and parameter */
-        jacobian->by_parameter[k % m * all + k] = 1;
-        for (size_t row = 0; row < n; row++) {
-            jacobian->by_curvature[row * all + k] = jacobian->right[k * n + row];
-        }
-    }
-}
-
-/* By how much a tendon is shorter than it may be, by what its tension takes away as it bends the
- * rod. */
-static double shorter(const strain_jacobian *jacobian, size_t members, size_t member, size_t k)
-{
-    const size_t row = jacobian->unknowns - jacobian->tensions + k;
-    return jacobian->results[row * members + member] / (jacobian->arm[k] * jacobian->arm[k]);
-}
-
-/* What each number that holds an end, and each tension, does to the equations of the curvature and
- * to the lengths of tendons, into `holding`. */
-static ad_status find_holding(strain_jacobian *jacobian, size_t members, ad_error *error)
-{
-    const size_t held = jacobian->held, n = jacobian->unknowns, bent = n - jacobian->forces - held,
-                 all = members * held;
-    const size_t rows = bent + jacobian->tensions;
-    memset(jacobian->by_curvature, 0, all * n * sizeof *jacobian->by_curvature);
-    memset(jacobian->by_parameter, 0, all * jacobian->count * sizeof *jacobian->by_parameter);
-    for (size_t i = 0; i < all; i++) {
-        jacobian->by_curvature[(n - held + i % held) * all + i] = 1;
-    }
-    const ad_status status = run(jacobian, jacobian->residual, members, held, error);
-    for (size_t i = 0; i < all && status == AD_OK; i++) {
-        double *to = jacobian->holding + i * rows;
-        for (size_t k = 0; k < bent; k++) {
-            to[k] = jacobian->results[(jacobian->forces + k) * all + i];
-        }
-        for (size_t k = 0; k < jacobian->tensions; k++) {
-            to[bent + k] = shorter(jacobian, all, i, k);
-        }
-    }
-    return status;
-}
-
-/* Those with which these equations are met best, at the residual in `results`, but for lengths of
- * tendons that are slack; the largest change. */
-static double hold(strain_jacobian *jacobian, size_t members)
-{
-    const size_t held = jacobian->held, first = jacobian->unknowns - held,
-                 bent = first - jacobian->forces;
-    const size_t rows = bent + jacobian->tensions, open = held - jacobian->tensions;
-    double most = 0;
-    for (size_t i = 0; i < members && held > 0; i++) {
-        double now[COMPLEMENT_MAX], *columns = jacobian->fit;
-        memcpy(columns, jacobian->holding + i * held * rows, held * rows * sizeof *columns);
-        for (size_t k = 0; k < bent; k++) {
-            columns[held * rows + k] = jacobian->results[(jacobian->forces + k) * members + i];
-        }
-        for (size_t c = 0; c < held; c++) {
-            now[c] = jacobian->curvature[(first + c) * members + i];
-        }
-        for (size_t k = 0; k < jacobian->tensions; k++) {
-            columns[held * rows + bent + k] = shorter(jacobian, members, i, k);
-            const bool slack = columns[held * rows + bent + k] > now[open + k];
-            for (size_t c = 0; c <= held && slack; c++) {
-                columns[c * rows + bent + k] = 0;
-            }
-        }
-        strain_group_fit((int)rows, (int)held, (int)open, 1, columns, now);
-        for (size_t c = 0; c < held; c++) {
-            double *number = &jacobian->curvature[(first + c) * members + i];
-            most = fmax(most, fabs(now[c] - *number));
-            *number = now[c];
-        }
-    }
-    return most;
-}
-
-/* Forces of the given curvature: the shape has them but for the stretch by them, which is small:
- * each pass leaves that share of what was missing. */
-static ad_status find_forces(strain_jacobian *jacobian, size_t members, ad_error *error)
-{
-    enum { PASSES = 30 };
-    const size_t count = jacobian->forces * members, held = jacobian->held * members;
-    double most = count + held > 0;
+    strain_group *group = x->group;
     ad_status status = AD_OK;
-    memset(jacobian->curvature, 0, count * sizeof *jacobian->curvature);
-    memset(jacobian->curvature + jacobian->unknowns * members - held, 0,
-           held * sizeof *jacobian->curvature);
-    status = held > 0 ? find_holding(jacobian, members, error) : AD_OK;
-    for (int k = 0; k < PASSES && most > 1e-13 && status == AD_OK; k++) {
-        status = run(jacobian, jacobian->left, members, 1, error);
-        most = status == AD_OK ? hold(jacobian, members) : 0;
-        for (size_t i = 0; i < count && status == AD_OK; i++) {
-            jacobian->curvature[i] -= jacobian->results[i];
-            most = fmax(most, fabs(jacobian->results[i]));
+    for (int p = 0; p < STRAIN_PARTS && status == AD_OK; p++) {
+        if (strain_level_is_open(x->changes, p)) {
+            status = strain_level_find(&x->by, x->changes, p, group->count, group->parameters,
+                                       x->room, x->values[p], error);
         }
     }
-    if (status == AD_OK && jacobian->tensions > 0) {
-        status = run(jacobian, jacobian->left, members, 1, error);
-    }
-    for (size_t i = 0; i < members * jacobian->tensions && status == AD_OK; i++) {
-        const size_t k = i % jacobian->tensions, member = i / jacobian->tensions;
-        const double pull =
-            jacobian->curvature[(jacobian->unknowns - jacobian->tensions + k) * members + member];
-        jacobian->slack[i] = shorter(jacobian, members, member, k) > pull - SLACK;
-    }
-    return status;
+    const solve_part_kind growth = solve_rod_part_kind(x->changes, SOLVE_GROWTH);
+    const size_t outputs = LANES * (size_t)fine_of(x)->outputs;
+    return status == AD_OK && growth.by_parameters && outputs > 0
+               ? solve_rod_part(x->changes, SOLVE_GROWTH, outputs, group->outputs, 0, group->each,
+                                x->growth, error)
+               : status;
 }
 
-/* Where the results of a program, [columns][points][members][each], have row [points][columns] of a
- * member's shape. */
-static double *result_of(const strain_jacobian *jacobian, size_t members, size_t each,
-                         size_t member, size_t row)
+/* Of an actuator as the laws are given it, without its pull; what it is, with a pull of 1. */
+PROCESSOR_INLINE void line_change(const strain_form *form, const strain_form *by, int node,
+                                  int actuator, lanes given[ACTUATOR_NUMBERS],
+                                  lanes change[ACTUATOR_NUMBERS])
 {
-    const size_t columns = (size_t)jacobian->columns, points = jacobian->rows / columns;
-    return jacobian->results + ((row % columns * points + row / columns) * members + member) * each;
+    const int at = node * form->kind.actuators + actuator;
+    line_of(&form->actuators[at], given);
+    memcpy(change, by->actuators[at].given, ACTUATOR_NUMBERS * sizeof *change);
+    change[ACTUATOR_PULL] = NO_LANES;
 }
 
-static ad_status run_chunk(strain_jacobian *derivatives, size_t members, const double *parameters,
-                           const double *curvature, double *values, double *jacobian,
-                           ad_error *error)
+PROCESSOR_INLINE void soften(strain_form *form, int node, softness *to)
 {
-    const size_t n = derivatives->unknowns, m = derivatives->count,
-                 bent = n - derivatives->forces - derivatives->held;
-    const size_t nodes = bent / 3; /* the tape has [3][nodes] */
-    for (size_t i = 0; i < members; i++) {
-        for (size_t k = 0; k < bent; k++) {
-            derivatives->curvature[(derivatives->forces + k) * members + i] =
-                derivatives->length * curvature[i * bent + k % nodes * 3 + k / nodes];
-        }
-        for (size_t k = 0; k < m; k++) {
-            derivatives->parameters[k * members + i] = parameters[i * m + k];
-        }
-    }
-    ad_status status = find_forces(derivatives, members, error);
-    set_units(derivatives, members);
-    status =
-        status == AD_OK ? run(derivatives, derivatives->residual, members, n + m, error) : status;
-    for (size_t i = 0; i < members && status == AD_OK; i++) {
-        solve(derivatives, members, i);
-    }
-    if (status == AD_OK) {
-        set_changes(derivatives, members);
-        status = run(derivatives, derivatives->shape, members, m, error);
-    }
-    for (size_t i = 0; i < members * derivatives->rows && status == AD_OK; i++) {
-        const size_t member = i / derivatives->rows;
-        const double *of = result_of(derivatives, members, m, member, i % derivatives->rows);
-        for (size_t k = 0; k < m; k++) {
-            jacobian[i * m + k] = isfinite(derivatives->right[member * n * m]) ? of[k] : NAN;
+    strain_node *at = &form->at[node];
+    const strain_point *point = &form->points[node];
+    lanes soft[3][3];
+    pulling pull;
+    pull_all(form, node, &pull);
+    lanes_to_body(at->R, at->N, to->left);
+    lanes_to_body(at->R, at->M, to->left + 3);
+    for (int i = 0; i < 3; i++) {
+        to->left[i] -= pull.wrench[i];
+        to->left[3 + i] -= pull.wrench[3 + i];
+        for (int j = 0; j < 3; j++) {
+            soft[i][j] = (i == j) + point->compliance[i] * pull.stiffness[law_entry(i, j)];
+            to->turned[i][j] = pull.stiffness[law_entry(3 + i, j)];
         }
     }
-    if (status == AD_OK && values) {
-        status = run(derivatives, derivatives->values, members, 1, error);
-    }
-    for (size_t i = 0; i < members * derivatives->rows && status == AD_OK && values; i++) {
-        values[i] =
-            *result_of(derivatives, members, 1, i / derivatives->rows, i % derivatives->rows);
-    }
-    return status;
+    invert(soft, to->inverse);
 }
 
-ad_status strain_jacobian_run(strain_jacobian *derivatives, size_t members,
-                              const double *parameters, const double *curvature, double *values,
-                              double *jacobian, ad_error *error)
+/* Pulls of actuators by their angles, of those with friction. */
+PROCESSOR_INLINE void change_pull(const strain_form *form, const strain_form *by, int node,
+                                  int actuator, lanes *pull)
 {
-    ad_status status = AD_OK;
-    for (size_t first = 0; first < members && status == AD_OK; first += derivatives->chunk) {
-        const size_t left = members - first,
-                     now = left < derivatives->chunk ? left : derivatives->chunk;
-        status = run_chunk(
-            derivatives, now, parameters + first * derivatives->count,
-            curvature + first * (derivatives->unknowns - derivatives->forces - derivatives->held),
-            values ? values + first * derivatives->rows : NULL,
-            jacobian + first * derivatives->rows * derivatives->count, error);
+    for (int k = 0; k < form->tension_count; k++) {
+        if (form->tensions[k].actuator == actuator) {
+            *pull = NO_LANES;
+        }
     }
-    return status;
+    for (int k = 0; k < form->rub_count; k++) {
+        const strain_rub *of = &form->rubs[k];
+        if (of->actuator == actuator) {
+            const int at = node * form->kind.actuators + actuator;
+            *pull = *pull * of->left[node] - by->rubs[k].friction * of->angle[node] *
+                                                 form->actuators[at].given[ACTUATOR_PULL];
+        }
+    }
+}
+
+/* At a point, of the rod and its actuators. */
+PROCESSOR_INLINE void change_point(strain_form *form, const strain_form *by, int node,
+                                   softness *soft, strain_source *to)
+{
+    strain_node *at = &form->at[node];
+    const strain_point *point = &form->points[node], *change = &by->points[node];
+    lanes wrench[6] = {{0}}, v[3], missing[3], bent[3];
+    for (int k = 0; k < form->kind.actuators; k++) {
+        const int one = node * form->kind.actuators + k;
+        lanes given[ACTUATOR_NUMBERS];
+        memcpy(given, by->actuators[one].given, sizeof given);
+        change_pull(form, by, node, k, &given[ACTUATOR_PULL]);
+        lanes_law_actuator_wrench_change((int)form->kind.extents[k].law, at->v, at->u,
+                                         form->actuators[one].given, given, wrench);
+    }
+    if (form->kind.law) { /* of strains beyond rest */
+        pulling own;
+        strain_form_law(form, node, 6, own.wrench, own.stiffness);
+        for (int i = 0; i < 36; i++) {
+            wrench[i / 6] -= own.stiffness[law_entry(i / 6, i % 6)] * change->rest[i % 6];
+        }
+    }
+    for (int i = 0; i < 3; i++) {
+        missing[i] = change->rest[i] + change->compliance[i] * soft->left[i] -
+                     point->compliance[i] * wrench[i];
+    }
+    apply(soft->inverse, missing, v);
+    apply(soft->turned, v, bent);
+    for (int i = 3; i < 6; i++) {
+        to->row[i - 3] = point->compliance[i] * (wrench[i] + bent[i - 3]) -
+                         change->compliance[i] * soft->left[i] - change->rest[i];
+    }
+    lanes_to_world(at->R, v, to->slope);
+}
+
+/* Of laws along the rod, at a point; and at places, at their edges. */
+static void change_loads(strain_jacobian *x, int node)
+{
+    strain_form *form = level_of(x)->form, *by = x->by.form;
+    const acting *along = form->kind.along;
+    const int first = node * along->numbers;
+    const strain_node *at = &form->at[node];
+    strain_source *to = &x->sources.points[node];
+    lanes wrench[LAW_WRENCH];
+    acting_lanes_change(along, form->along + first, by->along + first, false, at->r, at->q, wrench);
+    memcpy(to->load, wrench, sizeof to->load);
+    if (form->is_pushed) {
+        acting_lanes_change(along, form->along + first, by->along + first, true, at->r, at->q,
+                            wrench);
+        memcpy(to->push, wrench, sizeof to->push);
+        for (int c = 0; c < 3; c++) {
+            to->load[1][c] += wrench[3 + c];
+        }
+    }
+}
+
+static void change_place(strain_jacobian *x, int k)
+{
+    strain_form *form = level_of(x)->form;
+    const strain_place *place = &form->places[k];
+    const strain_edge *edge = &form->edges[place->edge];
+    const lanes *change = x->by.form->places[k].numbers;
+    lanes wrench[LAW_WRENCH], (*to)[3] = x->sources.edges[place->edge];
+    acting_lanes_change(place->acting, place->numbers, change, false, edge->r, edge->q, wrench);
+    for (int c = 0; c < 6; c++) {
+        to[c / 3][c % 3] += wrench[c];
+    }
+    if (place->acting->by_position) {
+        acting_lanes_change(place->acting, place->numbers, change, true, edge->r, edge->q, wrench);
+        memcpy(x->sources.places[k], wrench, sizeof x->sources.places[k]);
+        for (int c = 0; c < 3 && place->acting->moment_by_position; c++) {
+            to[1][c] += wrench[3 + c];
+        }
+    }
+}
+
+/* The turn, world, of q by a change of it. */
+PROCESSOR_INLINE void turn_of(const lanes q[4], const lanes change[4], lanes turn[3])
+{
+    const lanes back[4] = {q[0], -q[1], -q[2], -q[3]};
+    lanes half[4];
+    lanes_quaternion_product(change, back, half);
+    for (int c = 0; c < 3; c++) {
+        turn[c] = 2 * half[1 + c];
+    }
+}
+
+/* By how much tendons of given length are shorter than they may be: these may be as long as in the
+ * unstressed rod. */
+PROCESSOR_INLINE void change_lengths(strain_jacobian *x)
+{
+    strain_form *form = level_of(x)->form, *by = x->by.form;
+    for (int k = 0; k < form->tension_count; k++) {
+        const strain_tension *of = &form->tensions[k];
+        lanes sum = by->tensions[k].compliance * of->pull - x->by.displaced[k];
+        for (int i = 0; i < form->nodes; i++) {
+            const lanes *rest = form->points[i].rest, *change = by->points[i].rest;
+            lanes given[ACTUATOR_NUMBERS], moved[ACTUATOR_NUMBERS], along[6] = {{0}};
+            lanes before = NO_LANES, now = NO_LANES;
+            if (of->share[i] <= 0) {
+                continue;
+            }
+            line_change(form, by, i, of->actuator, given, moved);
+            lanes_law_tendon_wrench(rest, rest + 3, given, along);
+            lanes_law_tendon_energy_change(rest, rest + 3, given, moved, &before);
+            lanes_law_tendon_energy_change(form->at[i].v, form->at[i].u, given, moved, &now);
+            for (int c = 0; c < 6; c++) {
+                before += along[c] * change[c];
+            }
+            sum += of->share[i] * (before - now);
+        }
+        x->sources.lengths[k] = sum;
+    }
+}
+
+PROCESSOR_INLINE void change_tangents(strain_jacobian *x)
+{
+    strain_form *form = level_of(x)->form;
+    for (int k = 0; k < form->rub_count; k++) {
+        for (int i = 0; i < form->nodes; i++) {
+            lanes given[ACTUATOR_NUMBERS], moved[ACTUATOR_NUMBERS], along[6] = {{0}};
+            line_change(form, x->by.form, i, form->rubs[k].actuator, given, moved);
+            lanes_law_tendon_wrench_change(form->at[i].v, form->at[i].u, given, moved, along);
+            memcpy(x->sources.tangents[k * form->nodes + i], along,
+                   sizeof x->sources.tangents[k * form->nodes + i]);
+        }
+    }
+}
+
+FOR_EACH_PROCESSOR static void find_sources(strain_jacobian *x)
+{
+    const strain_level *level = level_of(x);
+    strain_form *form = level->form, *by = x->by.form;
+    strain_sources *to = &x->sources;
+    for (int i = 0; i < form->nodes; i++) {
+        change_point(form, by, i, &x->softness[i], &to->points[i]);
+    }
+    change_lengths(x);
+    change_tangents(x);
+    memcpy(to->start[0], by->start_r, sizeof by->start_r);
+    memcpy(to->end[0], x->by.full_r, sizeof x->by.full_r);
+    turn_of(form->start_q, by->start_q, to->start[1]);
+    turn_of(level->full_q, x->by.full_q, to->end[1]);
+}
+
+static void find_loads(strain_jacobian *x)
+{
+    const strain_form *form = level_of(x)->form;
+    for (int i = 0; i < form->nodes && form->kind.along->count > 0; i++) {
+        change_loads(x, i);
+    }
+    memset(x->sources.edges, 0, ((size_t)form->kind.elements + 1) * sizeof *x->sources.edges);
+    for (int k = 0; k < form->place_count; k++) {
+        change_place(x, k);
+    }
+}
+
+/* ---- what is sought changes ---------------------------------------------------------------- */
+
+FOR_EACH_PROCESSOR static void find_softness(strain_jacobian *x)
+{
+    for (int i = 0; i < level_of(x)->form->nodes; i++) {
+        soften(level_of(x)->form, i, &x->softness[i]);
+    }
+}
+
+/* Where the rod is: equations as linear ones, shapes, steps. */
+static void linearise(strain_jacobian *x)
+{
+    strain_form *form = level_of(x)->form;
+    const lanes whole = NO_LANES + 1;
+    const bool is_unloaded = form->is_unloaded;
+    bool all[LANES];
+    memset(all, true, sizeof all);
+    for (int k = 0; k < SETTLED && form->unknowns > form->elastic; k++) {
+        lanes length;
+        strain_group_step(form, all, &length);
+        strain_form_move(form, form->right, &whole);
+    }
+    strain_form_shape(form);
+    form->is_unloaded = false; /* positions are asked for, too */
+    strain_form_linearise(form);
+    form->is_unloaded = is_unloaded;
+    strain_form_solve(form);
+    strain_form_steps(form, x->sources.steps);
+    find_softness(x);
+    strain_group_place(x->group);
+    strain_group_evaluate(x->group, x->group->modes + STRAIN_BEYOND);
+    strain_form_steps(fine_of(x)->form, x->fine.steps);
+}
+
+/* x->sought, and strains by it. */
+static void solve(strain_jacobian *x)
+{
+    strain_form *form = level_of(x)->form;
+    lanes(*strains)[6] = (lanes(*)[6])x->left;
+    memset(x->sought, 0, (size_t)form->unknowns * sizeof *x->sought);
+    for (int k = 0; k <= (form->is_unloaded ? 0 : AGAIN); k++) {
+        strain_form_change(form, &x->sources, x->sought, form->right, strains);
+        strain_form_solve_change(form, SLACK);
+        for (int i = 0; i < form->unknowns; i++) {
+            x->sought[i] -= form->right[i];
+        }
+    }
+    strain_form_change(form, &x->sources, x->sought, form->right, strains);
+    for (int i = 0; i < form->nodes; i++) {
+        memcpy(x->strains + 3 * i, strains[i], 3 * sizeof *x->strains);
+    }
+    const strain_link *link = &x->group->beyond;
+    strain_level_sample(link, level_of(x), fine_of(x), 3, x->sought, x->fine.u);
+    strain_level_sample(link, level_of(x), fine_of(x), 3, x->strains, x->fine.v);
+}
+
+/* ---- shapes -------------------------------------------------------------------------------- */
+
+FOR_EACH_PROCESSOR static void find_ends(strain_jacobian *x)
+{
+    strain_form *form = fine_of(x)->form;
+    for (int k = 0; k < fine_of(x)->outputs; k++) {
+        const strain_output *out = &fine_of(x)->output[k];
+        strain_node *at = form->at + out->element * form->kind.stages;
+        lanes a[3][3], q[4], R[3][3];
+        step_terms(form, out->element, out->magnus[0], at->u, sizeof *at / sizeof(lanes), a);
+        memcpy(q, form->edges[out->element].q, sizeof q);
+        turn_over(&form->edges[out->element], q);
+        lanes_rotation_matrix(q, R);
+        step_change(a, out->from < 0 ? R : at[out->from].R, x->fine.ends[k]);
+    }
+}
+
+PROCESSOR_INLINE void place_points(strain_jacobian *x)
+{
+    strain_form *form = fine_of(x)->form;
+    const int n = form->kind.stages;
+    finer *fine = &x->fine;
+    memcpy(fine->edges[0][0], x->sources.start[1], sizeof fine->edges[0][0]);
+    memcpy(fine->edges[0][1], x->sources.start[0], sizeof fine->edges[0][1]);
+    for (int e = 0; e < form->kind.elements; e++) {
+        lanes(*turns)[3] = (lanes(*)[3])fine->turns + e * n, rate[GAUSS_STAGES_MAX][3];
+        lanes unused[GAUSS_STAGES_MAX][3];
+        memcpy(fine->edges[e + 1][0], fine->edges[e][0], sizeof fine->edges[e][0]);
+        turn_by_steps(form, fine->steps, e, fine->u + 3 * e * n, fine->edges[e + 1][0], turns);
+        for (int j = 0; j < n; j++) {
+            strain_node *at = &form->at[e * n + j];
+            lanes_vector_cross(turns[j], at->slope, rate[j]);
+            add_applied(at->R, fine->v + 3 * (e * n + j), rate[j]);
+            memcpy(fine->slopes + 3 * (e * n + j), rate[j], sizeof rate[j]);
+        }
+        integrate_on(form, e, rate, fine->edges[e][1], unused, fine->edges[e + 1][1]);
+    }
+}
+
+/* Sums of weights times three of a field at the points of an element. */
+PROCESSOR_INLINE void weigh(int count, const double *weights, double by, const lanes *field,
+                            lanes to[3])
+{
+    for (int c = 0; c < 3; c++) {
+        lanes sum = NO_LANES;
+        for (int j = 0; j < count; j++) {
+            sum += weights[j] * field[3 * j + c];
+        }
+        to[c] += by * sum;
+    }
+}
+
+/* Columns as strain_level_evaluate has them, dimensionless. */
+FOR_EACH_PROCESSOR static void find_columns(strain_jacobian *x)
+{
+    const strain_form *form = fine_of(x)->form;
+    const int n = form->kind.stages;
+    place_points(x);
+    for (int k = 0; k < fine_of(x)->outputs; k++) {
+        const strain_output *out = &fine_of(x)->output[k];
+        const lanes *q = x->group->values + k * SOLVE_MEMBERS_COLUMNS + 3;
+        const int e = out->element, first = 3 * e * n;
+        lanes *to = x->columns + k * SOLVE_MEMBERS_COLUMNS, turn[4] = {{0}}, a[3][3], twice[4];
+        memset(to, 0, SOLVE_MEMBERS_COLUMNS * sizeof *to);
+        memcpy(to, x->fine.edges[e][1], sizeof x->fine.edges[e][1]);
+        weigh(n, out->integrate, form->width[e], x->fine.slopes + first, to);
+        memcpy(turn + 1,
+               out->from < 0 ? x->fine.edges[e][0] : x->fine.turns + first + 3 * out->from,
+               3 * sizeof *turn);
+        step_terms(form, e, out->magnus[0], x->fine.u + first, 3, a);
+        for (int i = 0; i < 3; i++) {
+            add_applied(x->fine.ends[k][i], a[i], turn + 1);
+        }
+        lanes_quaternion_product(turn, q, twice);
+        for (int c = 0; c < 4; c++) {
+            to[3 + c] = 0.5 * twice[c];
+        }
+        weigh(n, out->interpolate, 1, x->fine.v + first, to + 7);
+        weigh(n, out->interpolate, 1, x->fine.u + first, to + 10);
+    }
+}
+
+/* In SI; strains by metres as they are written, which change. */
+static void scale_columns(strain_jacobian *x, const int *which)
+{
+    const int outputs = fine_of(x)->outputs, count = x->group->count;
+    const bool grows = solve_rod_part_kind(x->changes, SOLVE_GROWTH).width > 0;
+    const double length = x->group->rod->scales.length;
+    for (int i = 0; i < outputs * SOLVE_MEMBERS_COLUMNS; i++) {
+        const int c = i % SOLVE_MEMBERS_COLUMNS;
+        x->columns[i] *= c < 3 ? length : c < 10 ? 1 : 1 / length;
+        for (int lane = 0; lane < LANES && grows && c >= 7; lane++) {
+            const int at = lane * outputs + i / SOLVE_MEMBERS_COLUMNS;
+            const double by = x->growth[at * count + which[lane]];
+            x->columns[i][lane] -= x->group->values[i][lane] * by;
+            x->columns[i][lane] /= x->group->growth[at];
+        }
+    }
+}
+
+/* Of the parameters that lanes have, -1: none. */
+static void put_columns(const strain_jacobian *x, size_t members, const int *which,
+                        double *jacobian)
+{
+    const size_t width = (size_t)fine_of(x)->outputs * SOLVE_MEMBERS_COLUMNS,
+                 count = (size_t)x->group->count;
+    for (size_t lane = 0; lane < LANES; lane++) {
+        const bool is_good = isfinite(x->sought[0][lane]);
+        double *to = jacobian + lane % members * width * count;
+        for (size_t i = 0; i < width && which[lane] >= 0; i++) {
+            to[i * count + (size_t)which[lane]] = is_good ? x->columns[i][lane] : NAN;
+        }
+    }
+}
+
+ad_status strain_jacobian_run(strain_jacobian *x, size_t members, const double *parameters,
+                              const double *curvature, double *jacobian, ad_error *error)
+{
+    const int count = x->group->count, copies = LANES / (int)members;
+    ad_status status = strain_group_take(x->group, members, parameters, curvature, error);
+    status = status == AD_OK ? find_changes(x, error) : status;
+    if (status != AD_OK) {
+        return status;
+    }
+    linearise(x);
+    find_ends(x);
+    for (int first = 0; first < count; first += copies) {
+        int which[LANES], given[LANES];
+        for (int lane = 0; lane < LANES; lane++) { /* of each parameter all members */
+            const int copy = lane / (int)members, parameter = first + copy;
+            which[lane] = copy < copies && parameter < count ? parameter : -1;
+            given[lane] = which[lane] < 0 ? 0 : which[lane];
+        }
+        strain_level_give_changes(&x->by, x->changes, count, given,
+                                  (const double *const *)x->values);
+        find_sources(x);
+        find_loads(x);
+        solve(x);
+        find_columns(x);
+        scale_columns(x, given);
+        put_columns(x, members, which, jacobian);
+    }
+    return AD_OK;
 }

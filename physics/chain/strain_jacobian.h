@@ -1,25 +1,27 @@
-/* Shapes of members (solve_members.h) of a given curvature, and their derivatives by the
- * parameters. */
+/* Derivatives of shapes by the parameters, LANES members and parameters at a time: with the
+ * residual F(u, p) of what is sought and the shape G(u, p),
+ *
+ *   dG/dp = G_p - G_u F_u^-1 F_p                                   (implicit function theorem)
+ *
+ * on the mesh on which curvature is given, and exact ones of it. F_p and G_p follow from
+ * derivatives of what is given (solve_rod_create_changes) and of laws by their numbers
+ * (physics/law/law.h). */
 #ifndef PHYSICS_CHAIN_STRAIN_JACOBIAN_H
 #define PHYSICS_CHAIN_STRAIN_JACOBIAN_H
 
-#include "autodiff/ad.h"
-#include "physics/scene/scene.h"
+#include "physics/chain/strain_group.h"
 
 typedef struct strain_jacobian strain_jacobian;
 
-/* places [nodes] of the curvature and s [points] of the shape, over the length; columns which
- * [columns] of strain_rod_columns. The scene's names and formulas and the pool outlive it.
- * AD_BAD_ARGUMENT: what the strain form on a tape does not know (strain_check); AD_NO_MEMORY. */
-ad_status strain_jacobian_create(const scene *open, size_t nodes, const double *places,
-                                 size_t points, const double *s, int columns, const int *which,
-                                 ad_pool *pool, strain_jacobian **result, ad_error *error);
+/* Of a group, which outlives it, with parameters; changes are its rod's, and the jacobian's from
+ * then on, also after an error. AD_NO_MEMORY, errors of formulas. */
+ad_status strain_jacobian_create(strain_group *group, solve_rod *changes, strain_jacobian **result,
+                                 ad_error *error);
 void strain_jacobian_free(strain_jacobian *jacobian); /* NULL is allowed */
 
-/* values [members][points][columns], or NULL, of curvature [members][nodes][3], 1/m; the rest as
+/* jacobian [members][outputs][SOLVE_MEMBERS_COLUMNS][count] of `members`, at most LANES, as
  * solve_members_jacobian. */
-ad_status strain_jacobian_run(strain_jacobian *derivatives, size_t members,
-                              const double *parameters, const double *curvature, double *values,
-                              double *jacobian, ad_error *error);
+ad_status strain_jacobian_run(strain_jacobian *of, size_t members, const double *parameters,
+                              const double *curvature, double *jacobian, ad_error *error);
 
 #endif

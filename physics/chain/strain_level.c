@@ -81,7 +81,7 @@ void strain_link_free(strain_link *link)
 
 static const solve_part PARTS[] = {SOLVE_SECTIONS,  SOLVE_REST,  SOLVE_START, SOLVE_END,
                                    SOLVE_ACTUATORS, SOLVE_JUMPS, SOLVE_ALONG};
-enum { PART_COUNT = sizeof PARTS / sizeof *PARTS };
+_Static_assert(sizeof PARTS / sizeof *PARTS == STRAIN_PARTS, "one of each");
 
 /* Whether it is one of each point. */
 static bool is_along(solve_part part)
@@ -175,15 +175,16 @@ static void copy_part(strain_level *level, solve_part part, int node)
     }
 }
 
-/* Values of a part: [points][width] of one lane after the other, `stride` apart; where it is the
- * same along the rod, of one point. */
+/* Values of a part: [points][width] of one lane after the other, `stride` apart, of each from
+ * `first` [LANES] on, NULL: 0; where it is the same along the rod, of one point. */
 static void spread(strain_level *level, solve_part part, bool by_s, size_t width, size_t stride,
-                   const double *values)
+                   const size_t *first, const double *values)
 {
     const int nodes = is_along(part) ? (int)nodes_of(level) : 1;
     for (int lane = 0; lane < LANES; lane++) {
+        const double *from = values + (size_t)lane * stride + (first ? first[lane] : 0);
         for (int i = 0; i < (by_s ? nodes : 1); i++) {
-            put_part(level, part, i, lane, values + (size_t)lane * stride + (size_t)i * width);
+            put_part(level, part, i, lane, from + (size_t)i * width);
         }
     }
     for (int i = 1; i < nodes && !by_s; i++) {
@@ -199,36 +200,51 @@ static size_t points_of(const strain_level *level, const solve_rod *rod, solve_p
 size_t strain_level_room(const strain_level *level, const solve_rod *rod)
 {
     size_t most = 0;
-    for (int i = 0; i < PART_COUNT; i++) {
-        size_t count = points_of(level, rod, PARTS[i]);
-        size_t width = solve_rod_part_kind(rod, PARTS[i]).width;
-        most = count * width > most ? count * width : most;
+    for (int i = 0; i < STRAIN_PARTS; i++) {
+        const size_t size = strain_level_part_room(level, rod, i);
+        most = size > most ? size : most;
     }
-    return LANES * (most + nodes_of(level) * (1 + SCENE_PARAMETERS_MAX));
+    return most + LANES * nodes_of(level) * (1 + SCENE_PARAMETERS_MAX);
+}
+
+bool strain_level_is_open(const solve_rod *rod, int part)
+{
+    return solve_rod_part_kind(rod, PARTS[part]).by_parameters;
+}
+
+size_t strain_level_part_room(const strain_level *level, const solve_rod *rod, int part)
+{
+    return LANES * points_of(level, rod, PARTS[part]) * solve_rod_part_kind(rod, PARTS[part]).width;
+}
+
+ad_status strain_level_find(const strain_level *level, const solve_rod *rod, int part, int count,
+                            const double *parameters, double *room, double *values, ad_error *error)
+{
+    const size_t nodes = nodes_of(level), points = points_of(level, rod, PARTS[part]);
+    const size_t width = (size_t)count;
+    double *s = room, *of_points = s + LANES * nodes;
+    for (size_t lane = 0, k = 0; lane < LANES; lane++) {
+        for (size_t i = 0; i < points; i++, k++) {
+            s[k] = points > 1 ? level->s[i] : PARTS[part] == SOLVE_END;
+            memcpy(of_points + k * width, parameters + lane * width, width * sizeof *s);
+        }
+    }
+    return solve_rod_part(rod, PARTS[part], LANES * points, s, 0, of_points, values, error);
 }
 
 ad_status strain_level_give(strain_level *level, const solve_rod *rod, int count,
                             const double *parameters, double *room, ad_error *error)
 {
-    const size_t nodes = nodes_of(level);
-    double *s = room, *of_points = s + LANES * nodes;
-    double *values = of_points + LANES * nodes * SCENE_PARAMETERS_MAX;
+    double *values = room + LANES * nodes_of(level) * (1 + SCENE_PARAMETERS_MAX);
     ad_status status = AD_OK;
-    for (int p = 0; p < PART_COUNT && status == AD_OK; p++) {
+    for (int p = 0; p < STRAIN_PARTS && status == AD_OK; p++) {
         const solve_part_kind kind = solve_rod_part_kind(rod, PARTS[p]);
-        const size_t points = points_of(level, rod, PARTS[p]), width = (size_t)count;
-        if (!kind.by_parameters) {
-            continue;
-        }
-        for (size_t lane = 0, k = 0; lane < LANES; lane++) {
-            for (size_t i = 0; i < points; i++, k++) {
-                s[k] = points > 1 ? level->s[i] : PARTS[p] == SOLVE_END;
-                memcpy(of_points + k * width, parameters + lane * width, width * sizeof *s);
+        const size_t points = points_of(level, rod, PARTS[p]);
+        if (kind.by_parameters) {
+            status = strain_level_find(level, rod, p, count, parameters, room, values, error);
+            if (status == AD_OK) {
+                spread(level, PARTS[p], points > 1, kind.width, points * kind.width, NULL, values);
             }
-        }
-        status = solve_rod_part(rod, PARTS[p], LANES * points, s, 0, of_points, values, error);
-        if (status == AD_OK) {
-            spread(level, PARTS[p], points > 1, kind.width, points * kind.width, values);
         }
     }
     return status;
@@ -240,7 +256,7 @@ static ad_status give_same(strain_level *level, const solve_rod *rod, ad_error *
     const double none[SCENE_PARAMETERS_MAX] = {0};
     size_t nodes = nodes_of(level);
     ad_status status = AD_OK;
-    for (int p = 0; p < PART_COUNT && status == AD_OK; p++) {
+    for (int p = 0; p < STRAIN_PARTS && status == AD_OK; p++) {
         const solve_part_kind kind = solve_rod_part_kind(rod, PARTS[p]);
         const size_t points = points_of(level, rod, PARTS[p]);
         double *values = malloc((points * kind.width + 1) * sizeof *values);
@@ -252,7 +268,7 @@ static ad_status give_same(strain_level *level, const solve_rod *rod, ad_error *
             status = solve_rod_part(rod, PARTS[p], points, points > 1 ? level->s : &end, 0,
                                     points > 1 ? zeros : none, values, error);
             if (status == AD_OK) {
-                spread(level, PARTS[p], points > 1, kind.width, 0, values);
+                spread(level, PARTS[p], points > 1, kind.width, 0, NULL, values);
             }
         }
         free(values);
@@ -363,7 +379,8 @@ PROCESSOR_INLINE void allow_lengths(strain_level *level, const lanes *factor)
     }
 }
 
-FOR_EACH_PROCESSOR static void load(strain_level *level, const lanes *factor)
+/* What grows with the load, in proportion to it. */
+PROCESSOR_INLINE void load_given(strain_level *level, const lanes *factor)
 {
     strain_form *form = level->form;
     const int pulling = form->kind.actuators;
@@ -395,10 +412,38 @@ FOR_EACH_PROCESSOR static void load(strain_level *level, const lanes *factor)
         acting_lanes_on_way(place->acting, level->numbers + (place->numbers - form->numbers),
                             factor, place->numbers);
     }
-    if (form->holding > 0) {
+}
+
+FOR_EACH_PROCESSOR static void load(strain_level *level, const lanes *factor)
+{
+    load_given(level, factor);
+    if (level->form->holding > 0) {
         hold(level, factor);
     }
     allow_lengths(level, factor);
+}
+
+FOR_EACH_PROCESSOR static void load_fully(strain_level *level)
+{
+    const lanes whole = NO_LANES + 1;
+    load_given(level, &whole);
+}
+
+void strain_level_give_changes(strain_level *level, const solve_rod *rod, int count,
+                               const int *which, const double *const *values)
+{
+    for (int p = 0; p < STRAIN_PARTS; p++) {
+        const solve_part_kind kind = solve_rod_part_kind(rod, PARTS[p]);
+        const size_t points = points_of(level, rod, PARTS[p]);
+        size_t first[LANES];
+        for (int lane = 0; lane < LANES; lane++) {
+            first[lane] = (size_t)which[lane] * kind.width / (size_t)count;
+        }
+        if (kind.by_parameters) {
+            spread(level, PARTS[p], points > 1, kind.width, points * kind.width, first, values[p]);
+        }
+    }
+    load_fully(level);
 }
 
 void strain_level_load(strain_level *level, const lanes *factor)

@@ -45,6 +45,19 @@ ad_status strain_level_give(strain_level *level, const solve_rod *rod, int count
                             const double *parameters, double *room, ad_error *error);
 size_t strain_level_room(const strain_level *level, const solve_rod *rod);
 
+/* The same in two steps, for derivatives: values of a part, those of strain_level_part_room, and
+ * these put where what they are derivatives of is put on another such level: of each lane those by
+ * one of `count` parameters, which [LANES]. rod: of solve_rod_create_changes, with which the level
+ * was made, so that all else there is 0. */
+enum { STRAIN_PARTS = 7 };
+bool strain_level_is_open(const solve_rod *rod, int part); /* whether it depends on a parameter */
+size_t strain_level_part_room(const strain_level *level, const solve_rod *rod, int part);
+ad_status strain_level_find(const strain_level *level, const solve_rod *rod, int part, int count,
+                            const double *parameters, double *room, double *values,
+                            ad_error *error);
+void strain_level_give_changes(strain_level *level, const solve_rod *rod, int count,
+                               const int *which, const double *const *values);
+
 /* Loads and pulls at a factor for each lane. */
 void strain_level_load(strain_level *level, const lanes *factor);
 

@@ -141,12 +141,28 @@ PROCESSOR_INLINE bool seeks_pulls(const strain_form *form)
     return form->tension_count + form->rub_count > 0;
 }
 
-/* What a change of tensions and angles adds to N where it acts on the strain, and takes from the
- * moment of tendons, in the body. */
-PROCESSOR_INLINE void change_pulls(strain_form *form, const lanes *direction)
+/* Whether anything moves points beside what is there. */
+PROCESSOR_INLINE bool moves_points(const strain_form *form, const strain_sources *sources)
 {
-    for (int i = 0; i < form->nodes && seeks_pulls(form); i++) {
-        lanes wrench[6] = {NO_LANES, NO_LANES, NO_LANES, NO_LANES, NO_LANES, NO_LANES};
+    return sources || seeks_pulls(form);
+}
+
+/* What a change of tensions, angles and what is given makes of r' and of the equation: it pulls
+ * with the sign of -N, and takes from the moment of tendons, in the body. */
+PROCESSOR_INLINE void change_pulls(strain_form *form, const strain_sources *sources,
+                                   const lanes *direction)
+{
+    for (int i = 0; i < form->nodes && moves_points(form, sources); i++) {
+        lanes wrench[6] = {NO_LANES, NO_LANES, NO_LANES, NO_LANES, NO_LANES, NO_LANES}, force[3];
+        lanes *slope = form->pulled[i][0], *row = form->pulled[i][1];
+        memset(form->pulled[i], 0, sizeof form->pulled[i]);
+        if (sources) {
+            memcpy(slope, sources->points[i].slope, sizeof sources->points[i].slope);
+            memcpy(row, sources->points[i].row, sizeof sources->points[i].row);
+        }
+        if (!seeks_pulls(form)) {
+            continue;
+        }
         for (int k = 0; k < form->tension_count; k++) {
             const strain_tension *of = &form->tensions[k];
             lanes more = direction[form->tension_at + k];
@@ -157,10 +173,14 @@ PROCESSOR_INLINE void change_pulls(strain_form *form, const lanes *direction)
         }
         change_rubbed(form, i, direction, wrench);
         for (int c = 0; c < 6; c++) {
-            form->pulled[i][c] = -wrench[c];
+            wrench[c] = -wrench[c];
         }
-        memcpy(wrench, form->pulled[i], 3 * sizeof *wrench);
-        lanes_to_world(form->at[i].R, wrench, form->pulled[i]);
+        lanes_to_world(form->at[i].R, wrench, force);
+        add_applied(form->at[i].Q, force, slope);
+        add_applied(form->at[i].Z, force, row);
+        for (int c = 0; c < 3; c++) {
+            row[c] -= form->points[i].compliance[3 + c] * wrench[3 + c];
+        }
     }
 }
 
@@ -244,21 +264,37 @@ PROCESSOR_INLINE void take(const lanes *direction, int first, lanes to[3])
     }
 }
 
-PROCESSOR_INLINE void change_turns(strain_form *form, const lanes *direction, changed *points,
-                                   changed *edges)
+/* Adds three of what sources have, or takes them away. */
+#define ADD_SOURCE(of, to)                                                                         \
+    if (sources) {                                                                                 \
+        add_lanes(3, sources->of, to);                                                             \
+    }
+#define SUBTRACT_SOURCE(of, to)                                                                    \
+    for (int source = 0; source < 3 && sources; source++) {                                        \
+        (to)[source] -= sources->of[source];                                                       \
+    }
+
+PROCESSOR_INLINE void change_turns(strain_form *form, const strain_sources *sources,
+                                   const lanes *direction, changed *points, changed *edges)
 {
     const int n = form->kind.stages;
     lanes turn[3], end[3], rate[GAUSS_STAGES_MAX][3], at[GAUSS_STAGES_MAX][3];
     take(direction, form->turn_at, turn);
+    ADD_SOURCE(start[1], turn)
     for (int e = 0; e <= form->kind.elements; e++) {
         memcpy(edges[e].turn, turn, sizeof turn);
         if (e == form->kind.elements) {
             break;
         }
-        for (int j = 0; j < n; j++) {
-            apply(form->at[e * n + j].R, direction + 3 * (e * n + j), rate[j]);
+        if (sources) {
+            memcpy(end, turn, sizeof end);
+            turn_by_steps(form, sources->steps, e, direction + 3 * e * n, end, at);
+        } else {
+            for (int j = 0; j < n; j++) {
+                apply(form->at[e * n + j].R, direction + 3 * (e * n + j), rate[j]);
+            }
+            integrate_on(form, e, rate, turn, at, end);
         }
-        integrate_on(form, e, rate, turn, at, end);
         for (int j = 0; j < n; j++) {
             memcpy(points[e * n + j].turn, at[j], sizeof at[j]);
         }
@@ -266,14 +302,15 @@ PROCESSOR_INLINE void change_turns(strain_form *form, const lanes *direction, ch
     }
 }
 
-PROCESSOR_INLINE void change_forces(strain_form *form, const lanes *direction, changed *points,
-                                    changed *edges)
+PROCESSOR_INLINE void change_forces(strain_form *form, const strain_sources *sources,
+                                    const lanes *direction, changed *points, changed *edges)
 {
     const int n = form->kind.stages;
     lanes N[3], start[3], rate[GAUSS_STAGES_MAX][3], at[GAUSS_STAGES_MAX][3];
     take(direction, form->force_at, N);
     for (int e = form->kind.elements; e >= 0; e--) {
         add_applied(form->edges[e].by_turn[0], edges[e].turn, N);
+        ADD_SOURCE(edges[e][0], N)
         for (int i = 0; i < form->place_count; i++) {
             for (int k = 0; k < 3 && form->places[i].edge == e && form->places[i].unknown >= 0;
                  k++) {
@@ -287,6 +324,7 @@ PROCESSOR_INLINE void change_forces(strain_form *form, const lanes *direction, c
         for (int j = 0; j < n; j++) {
             const int node = (e - 1) * n + j;
             take(direction, form->push_at < 0 ? -1 : form->push_at + 3 * node, rate[j]);
+            ADD_SOURCE(points[node].load[0], rate[j])
             if (form->follows) {
                 add_applied(form->at[node].load_by_turn[0], points[node].turn, rate[j]);
             }
@@ -299,12 +337,13 @@ PROCESSOR_INLINE void change_forces(strain_form *form, const lanes *direction, c
     }
 }
 
-PROCESSOR_INLINE void change_places(strain_form *form, const lanes *direction, changed *points,
-                                    changed *edges)
+PROCESSOR_INLINE void change_places(strain_form *form, const strain_sources *sources,
+                                    const lanes *direction, changed *points, changed *edges)
 {
     const int n = form->kind.stages;
     lanes r[3], end[3], rate[GAUSS_STAGES_MAX][3], at[GAUSS_STAGES_MAX][3];
     take(direction, form->shift_at, r);
+    ADD_SOURCE(start[0], r)
     for (int e = 0; e <= form->kind.elements; e++) {
         memcpy(edges[e].position, r, sizeof r);
         if (e == form->kind.elements) {
@@ -317,8 +356,8 @@ PROCESSOR_INLINE void change_places(strain_form *form, const lanes *direction, c
                 add_applied(form->at[node].Q, points[node].force, rate[j]);
                 add_applied(form->at[node].S, direction + 3 * node, rate[j]);
             }
-            if (seeks_pulls(form)) {
-                add_applied(form->at[node].Q, form->pulled[node], rate[j]);
+            if (moves_points(form, sources)) {
+                add_lanes(3, form->pulled[node][0], rate[j]);
                 memcpy(points[node].slope, rate[j], sizeof rate[j]);
             }
         }
@@ -330,8 +369,8 @@ PROCESSOR_INLINE void change_places(strain_form *form, const lanes *direction, c
     }
 }
 
-PROCESSOR_INLINE void change_moments(strain_form *form, const lanes *direction, changed *points,
-                                     changed *edges)
+PROCESSOR_INLINE void change_moments(strain_form *form, const strain_sources *sources,
+                                     const lanes *direction, changed *points, changed *edges)
 {
     const int n = form->kind.stages;
     lanes M[3], start[3], rate[GAUSS_STAGES_MAX][3], at[GAUSS_STAGES_MAX][3];
@@ -339,6 +378,7 @@ PROCESSOR_INLINE void change_moments(strain_form *form, const lanes *direction, 
     add_applied(form->by_end, edges[form->kind.elements].turn, M);
     for (int e = form->kind.elements; e >= 0; e--) {
         add_applied(form->edges[e].by_turn[1], edges[e].turn, M);
+        ADD_SOURCE(edges[e][1], M)
         for (int i = 0; i < form->place_count; i++) {
             if (form->places[i].edge == e && form->places[i].acting->moment_by_position) {
                 add_applied(form->places[i].push.by_position[1], edges[e].position, M);
@@ -358,12 +398,12 @@ PROCESSOR_INLINE void change_moments(strain_form *form, const lanes *direction, 
             if (form->is_pushed) {
                 add_applied(form->pushes[node].by_position[1], points[node].position, rate[j]);
             }
-            if (seeks_pulls(form)) { /* it moves the slope alone */
-                lanes slope[3], more[3];
-                apply(form->at[node].Q, form->pulled[node], slope);
-                lanes_vector_cross(slope, form->at[node].N, more);
+            if (moves_points(form, sources)) { /* it moves the slope alone */
+                lanes more[3];
+                lanes_vector_cross(form->pulled[node][0], form->at[node].N, more);
                 add_lanes(3, more, rate[j]);
             }
+            ADD_SOURCE(points[node].load[1], rate[j])
         }
         integrate_back(form, e - 1, rate, M, at, start);
         for (int j = 0; j < n; j++) {
@@ -385,8 +425,8 @@ PROCESSOR_INLINE void push_row(const strain_push *push, const lanes force[3],
     }
 }
 
-PROCESSOR_INLINE void rows_of_points(strain_form *form, const lanes *direction, changed *points,
-                                     lanes *to)
+PROCESSOR_INLINE void rows_of_points(strain_form *form, const strain_sources *sources,
+                                     const lanes *direction, changed *points, lanes *to)
 {
     for (int i = 0; i < form->nodes; i++) {
         strain_node *at = &form->at[i];
@@ -398,16 +438,13 @@ PROCESSOR_INLINE void rows_of_points(strain_form *form, const lanes *direction, 
         for (int k = 0; k < 3; k++) {
             to[3 * i + k] = row[k] - moved[k];
         }
-        if (seeks_pulls(form)) {
-            apply(at->Z, form->pulled[i], row);
-            for (int c = 0; c < 3; c++) {
-                row[c] -= form->points[i].compliance[3 + c] * form->pulled[i][3 + c];
-            }
-            add_lanes(3, row, to + 3 * i);
+        if (moves_points(form, sources)) {
+            add_lanes(3, form->pulled[i][1], to + 3 * i);
         }
         if (form->push_at >= 0) {
             push_row(&form->pushes[i], direction + form->push_at + 3 * i, points[i].position,
                      points[i].turn, to + form->push_at + 3 * i);
+            SUBTRACT_SOURCE(points[i].push, to + form->push_at + 3 * i)
         }
     }
 }
@@ -426,11 +463,14 @@ PROCESSOR_INLINE void change_strains(strain_form *form, int node, const lanes *d
 }
 
 /* By how much tendons become shorter than they may be. */
-PROCESSOR_INLINE void rows_of_lengths(strain_form *form, const lanes *direction, changed *points,
-                                      lanes *to)
+PROCESSOR_INLINE void rows_of_lengths(strain_form *form, const strain_sources *sources,
+                                      const lanes *direction, changed *points, lanes *to)
 {
     for (int k = 0; k < form->tension_count; k++) {
         to[form->tension_at + k] = form->tensions[k].compliance * direction[form->tension_at + k];
+        if (sources) {
+            to[form->tension_at + k] += sources->lengths[k];
+        }
     }
     for (int i = 0; i < form->nodes && form->tension_count > 0; i++) {
         lanes strains[6];
@@ -445,8 +485,8 @@ PROCESSOR_INLINE void rows_of_lengths(strain_form *form, const lanes *direction,
 }
 
 /* Places where laws act and ends, whose conditions are about edges. */
-PROCESSOR_INLINE void rows_of_edges(strain_form *form, const lanes *direction, changed *edges,
-                                    lanes *to)
+PROCESSOR_INLINE void rows_of_edges(strain_form *form, const strain_sources *sources,
+                                    const lanes *direction, changed *edges, lanes *to)
 {
     changed *last = &edges[form->kind.elements];
     for (int i = 0; i < form->place_count; i++) {
@@ -454,14 +494,17 @@ PROCESSOR_INLINE void rows_of_edges(strain_form *form, const lanes *direction, c
         if (place->unknown >= 0) {
             push_row(&place->push, direction + place->unknown, edges[place->edge].position,
                      edges[place->edge].turn, to + place->unknown);
+            SUBTRACT_SOURCE(places[i], to + place->unknown)
         }
     }
+    SUBTRACT_SOURCE(end[0], last->position)
     if (form->force_at >= 0) {
         hold_row(&form->kind.end.hold, last->position, direction + form->force_at,
                  to + form->force_at);
     }
     if (form->moment_at >= 0) {
         apply(form->held, last->turn, to + form->moment_at);
+        SUBTRACT_SOURCE(end[1], to + form->moment_at)
     }
     if (form->shift_at >= 0) {
         hold_row(&form->start.kind.hold, edges[0].position, edges[0].force, to + form->shift_at);
@@ -476,23 +519,24 @@ PROCESSOR_INLINE void rows_of_edges(strain_form *form, const lanes *direction, c
     }
 }
 
-/* The matrix times a direction [unknowns]. */
-PROCESSOR_INLINE void change(strain_form *form, const lanes *direction, lanes *to)
+/* The matrix times a direction [unknowns], and sources, NULL: none. */
+PROCESSOR_INLINE void change(strain_form *form, const strain_sources *sources,
+                             const lanes *direction, lanes *to)
 {
     changed *points = form->columns, *edges = points + form->nodes;
-    change_pulls(form, direction);
-    change_turns(form, direction, points, edges);
-    change_forces(form, direction, points, edges);
-    change_places(form, direction, points, edges);
-    change_moments(form, direction, points, edges);
-    rows_of_points(form, direction, points, to);
-    rows_of_lengths(form, direction, points, to);
+    change_pulls(form, sources, direction);
+    change_turns(form, sources, direction, points, edges);
+    change_forces(form, sources, direction, points, edges);
+    change_places(form, sources, direction, points, edges);
+    change_moments(form, sources, direction, points, edges);
+    rows_of_points(form, sources, direction, points, to);
+    rows_of_lengths(form, sources, direction, points, to);
     for (int i = 0; i < form->nodes && form->rub_count > 0; i++) {
         change_strains(form, i, direction, &points[i], form->strained[i]);
         memcpy(form->turned[i], points[i].turn, sizeof form->turned[i]);
     }
-    rows_of_angles(form, direction, to);
-    rows_of_edges(form, direction, edges, to);
+    rows_of_angles(form, sources ? sources->tangents : NULL, direction, to);
+    rows_of_edges(form, sources, direction, edges, to);
 }
 
 PROCESSOR_INLINE void differentiate(strain_form *form)
@@ -519,12 +563,49 @@ void strain_form_linearise(strain_form *form)
 
 FOR_EACH_PROCESSOR static void change_all(strain_form *form, const lanes *direction, lanes *result)
 {
-    change(form, direction, result);
+    change(form, NULL, direction, result);
 }
 
 void strain_form_apply(strain_form *form, const lanes *direction, lanes *result)
 {
     change_all(form, direction, result);
+}
+
+FOR_EACH_PROCESSOR static void change_given(strain_form *form, const strain_sources *sources,
+                                            const lanes *direction, lanes *result,
+                                            lanes (*strains)[6])
+{
+    changed *points = form->columns;
+    change(form, sources, direction, result);
+    for (int i = 0; i < form->nodes; i++) {
+        change_strains(form, i, direction, &points[i], strains[i]);
+    }
+}
+
+void strain_form_change(strain_form *form, const strain_sources *sources, const lanes *direction,
+                        lanes *result, lanes (*strains)[6])
+{
+    change_given(form, sources, direction, result, strains);
+}
+
+FOR_EACH_PROCESSOR static void find_steps(strain_form *form, lanes (*steps)[3][3][3])
+{
+    const int n = form->kind.stages;
+    for (int k = 0; k < form->kind.elements * (n + 1); k++) {
+        const int e = k / (n + 1), i = k % (n + 1);
+        strain_node *at = form->at + e * n;
+        lanes a[3][3], q[4], R[3][3];
+        step_terms(form, e, form->magnus[i][0], at->u, sizeof *at / sizeof(lanes), a);
+        memcpy(q, form->edges[e].q, sizeof q);
+        turn_over(&form->edges[e], q);
+        lanes_rotation_matrix(q, R);
+        step_change(a, i > 0 ? at[i - 1].R : R, steps[k]);
+    }
+}
+
+void strain_form_steps(strain_form *form, lanes (*steps)[3][3][3])
+{
+    find_steps(form, steps);
 }
 
 /* As all lanes have the same rod, each takes a column. */
@@ -537,7 +618,7 @@ FOR_EACH_PROCESSOR static void fill_first(strain_form *form, double *matrix)
         for (size_t lane = 0; lane < count; lane++) {
             form->direction[first + lane][lane] = 1;
         }
-        change(form, form->direction, form->right);
+        change(form, NULL, form->direction, form->right);
         for (size_t lane = 0; lane < count; lane++) {
             form->direction[first + lane] = NO_LANES;
             for (size_t i = 0; i < n; i++) {

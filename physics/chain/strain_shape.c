@@ -13,15 +13,7 @@ PROCESSOR_INLINE void turn_element(strain_form *form, int e, lanes q[4])
     for (int i = 0; i < (n + 1) * parts; i++) {
         const int next = i / parts;
         lanes a[3][3];
-        for (int k = 0; k < 3; k++) {
-            for (int c = 0; c < 3; c++) {
-                lanes sum = NO_LANES;
-                for (int j = 0; j < n; j++) {
-                    sum += form->magnus[i][k][j] * at[j].u[c];
-                }
-                a[k][c] = sum * form->width[e];
-            }
-        }
+        step_terms(form, e, form->magnus[i][0], at->u, sizeof *at / sizeof(lanes), a);
         step_on(a, q);
         if (next < n && i % parts == parts - 1) {
             memcpy(at[next].q, q, sizeof at[next].q);

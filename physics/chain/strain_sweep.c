@@ -8,6 +8,8 @@
  * full matrix in this order: their pivots are its own, and the work grows with the number of
  * elements, not with its cube. Then phi is known from s = 0 on. */
 #include "physics/chain/strain_form.h"
+
+#include "autodiff/dense.h"
 #include "physics/chain/strain_inline.h"
 #include "physics/local/complement.h"
 #include "physics/local/strain_algebra.h"
@@ -569,8 +571,30 @@ static void find_tensions(strain_form *form, int lane, const double *excess, boo
     form->negative[lane] -= again ? 0 : negative_of(count, matrix, pull);
 }
 
+/* The changes of a lane's tensions, of which excess are by how much tendons become too long
+ * without: those that are more than `least` keep their tendons as long as they may be. */
+static void change_tensions(strain_form *form, int lane, double least, const double *excess,
+                            double *change)
+{
+    const int count = form->tension_count;
+    double matrix[COMPLEMENT_MAX * COMPLEMENT_MAX];
+    int pivots[COMPLEMENT_MAX];
+    for (int i = 0; i < count; i++) {
+        const bool taut = form->tensions[i].pull[lane] > least;
+        change[i] = taut ? -excess[i] : 0;
+        for (int k = 0; k < count; k++) {
+            matrix[k * count + i] = taut ? form->shorter[i * count + k][lane] : i == k;
+        }
+    }
+    if (ad_dense_lu((size_t)count, matrix, pivots) == 0) {
+        ad_dense_lu_solve((size_t)count, 1, matrix, pivots, change);
+    } else {
+        change[0] = NAN;
+    }
+}
+
 /* The matrix with a border: A du + B dT = right, and lengths. */
-static void solve_bordered(strain_form *form, bool again)
+static void solve_bordered(strain_form *form, bool again, const double *least)
 {
     const int n = form->tension_at, count = form->tension_count;
     const size_t size = (size_t)n * sizeof(lanes);
@@ -586,7 +610,7 @@ static void solve_bordered(strain_form *form, bool again)
     memset(form->direction, 0, size);
     for (int k = 0; k < count; k++) { /* too long under no tension at all */
         missing[k] = rows[n + k] - missing[k];
-        for (int i = 0; i < count; i++) {
+        for (int i = 0; i < count && !least; i++) {
             missing[k] += form->shorter[k * count + i] * form->tensions[i].pull;
         }
     }
@@ -595,9 +619,13 @@ static void solve_bordered(strain_form *form, bool again)
         for (int k = 0; k < count; k++) {
             excess[k] = missing[k][lane];
         }
-        find_tensions(form, lane, excess, again, pull);
+        if (least) {
+            change_tensions(form, lane, *least, excess, pull);
+        } else {
+            find_tensions(form, lane, excess, again, pull);
+        }
         for (int k = 0; k < count; k++) {
-            form->right[n + k][lane] = form->tensions[k].pull[lane] - pull[k];
+            form->right[n + k][lane] = least ? pull[k] : form->tensions[k].pull[lane] - pull[k];
         }
     }
     memcpy(form->right, alone, size);
@@ -608,20 +636,26 @@ static void solve_bordered(strain_form *form, bool again)
     }
 }
 
-void strain_form_solve(strain_form *form)
+static void solve_by(strain_form *form, bool again, const double *least)
 {
     if (form->tension_count > 0) {
-        solve_bordered(form, false);
+        solve_bordered(form, again, least);
     } else {
-        solve_any(form, false);
+        solve_any(form, again);
     }
+}
+
+void strain_form_solve(strain_form *form)
+{
+    solve_by(form, false, NULL);
 }
 
 void strain_form_solve_again(strain_form *form)
 {
-    if (form->tension_count > 0) {
-        solve_bordered(form, true);
-    } else {
-        solve_any(form, true);
-    }
+    solve_by(form, true, NULL);
+}
+
+void strain_form_solve_change(strain_form *form, double least)
+{
+    solve_by(form, true, &least);
 }

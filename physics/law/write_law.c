@@ -39,6 +39,28 @@ static int arguments_of(law_name name, const law_formula *formula,
     return count;
 }
 
+/* What energy and wrench change by with a change of its numbers. */
+static void write_change(writer *w, law_name name, const law_formula *formula)
+{
+    const int numbers = law_table[name].numbers, first = law_given(name) - numbers;
+    ad_value of[1 + LAW_WRENCH] = {formula->energy}, by[1 + LAW_WRENCH], change[LAW_NUMBERS_MAX];
+    ad_inline_argument input[LAW_GROUPS_MAX + 1];
+    const int groups = arguments_of(name, formula, input);
+    for (int i = 0; i < LAW_WRENCH; i++) {
+        of[1 + i] = formula->wrench[i];
+    }
+    for (int i = 0; i < numbers; i++) {
+        change[i] = ad_input(formula->tape, "change", 1);
+    }
+    ad_directional(1 + LAW_WRENCH, of, numbers, formula->given + first, change, by);
+    input[groups] = (ad_inline_argument){"change", numbers, change};
+    const ad_inline_argument energy = {"energy", 1, by}, wrench = {"wrench", LAW_WRENCH, by + 1};
+    if (law_table[name].state == LAW_WITHIN) {
+        write_function(w, name, "_energy_change", groups + 1, input, 1, &energy);
+    }
+    write_function(w, name, "_wrench_change", groups + 1, input, 1, &wrench);
+}
+
 static void write_within(writer *w, law_name name, const law_formula *formula)
 {
     ad_value by_v[6]; /* without the rest, for section by section */
@@ -61,11 +83,15 @@ static void write_within(writer *w, law_name name, const law_formula *formula)
     }
     write_function(w, name, "", groups, input, 2, all);
     write_function(w, name, "_with_energy", groups, input, 3, every);
+    if (name < LAW_ACTUATORS) {
+        write_change(w, name, formula);
+    }
 }
 
-static const char *const STRAINS = "const NUMBER v[3], const NUMBER u[3], const NUMBER *actuator";
-static const char *const STATE = "const NUMBER position[3], const NUMBER rotation[4],\n"
-                                 "    const NUMBER velocity[3], const NUMBER *numbers";
+#define STRAINS "const NUMBER v[3], const NUMBER u[3], const NUMBER *actuator"
+#define STATE                                                                                      \
+    "const NUMBER position[3], const NUMBER rotation[4],\n"                                        \
+    "    const NUMBER velocity[3], const NUMBER *numbers"
 
 static void write_beyond(writer *w, law_name name, const law_formula *formula)
 {
@@ -77,6 +103,9 @@ static void write_beyond(writer *w, law_name name, const law_formula *formula)
     write_function(w, name, "_energy", groups, input, 1, &energy);
     write_function(w, name, "_wrench", groups, input, 1, all);
     write_function(w, name, "", groups, input, 2, all);
+    if (law_table[name].state == LAW_OUTSIDE) {
+        write_change(w, name, formula);
+    }
 }
 
 /* One function for any law of a state, up to one of them, by its number. */
@@ -116,6 +145,11 @@ static void write_choices(writer *w)
                      "position, rotation, velocity, numbers", outside[i].ending, outside[i].outputs,
                      outside[i].passed);
     }
+    write_choice(w, "actuator", LAW_WITHIN, LAW_ACTUATORS, STRAINS ", const NUMBER *change",
+                 "v, u, actuator, change", "_wrench_change", "NUMBER wrench[6]", "wrench");
+    write_choice(w, "outside", LAW_OUTSIDE, LAW_COUNT, STATE ",\n    const NUMBER *change",
+                 "position, rotation, velocity, numbers, change", "_wrench_change",
+                 "NUMBER wrench[6]", "wrench");
 }
 
 static void write_law(writer *w, law_name name)

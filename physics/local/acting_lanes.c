@@ -6,6 +6,18 @@
 
 _Static_assert(sizeof(acting_lanes) == (6 + LAW_BY) * sizeof(lanes), "all of it, in this order");
 
+/* Whether a law is asked before positions are known, or then; and whether of force and moment one
+ * is asked then alone. */
+static bool is_asked(const law *of, bool placed)
+{
+    return placed ? of->by_position : !law_force_by_position(of);
+}
+
+static bool is_half(const law *of)
+{
+    return of->by_position && !law_force_by_position(of);
+}
+
 /* Force or moment. */
 PROCESSOR_INLINE void add_half(const acting_lanes *from, bool moment, acting_lanes *to)
 {
@@ -26,16 +38,15 @@ FOR_EACH_PROCESSOR static void find(const acting *acting, const lanes *numbers, 
     memset(result, 0, sizeof *result);
     for (int i = 0; i < acting->count; i++) {
         const law *of = &law_table[acting->law[i]];
-        if (placed ? of->by_position : !law_force_by_position(of)) {
-            const bool is_half = of->by_position && !law_force_by_position(of);
+        if (is_asked(of, placed)) {
             acting_lanes half;
             lanes *all = (lanes *)result;
-            if (is_half) {
+            if (is_half(of)) {
                 all = memset(&half, 0, sizeof half);
             }
             lanes_law_outside(acting->law[i], position, rotation, still, numbers, all,
                               all + LAW_WRENCH);
-            if (is_half) {
+            if (is_half(of)) {
                 add_half(&half, placed, result);
             }
         }
@@ -47,6 +58,33 @@ void acting_lanes_of(const acting *acting, const lanes *numbers, bool placed, co
                      const lanes *rotation, acting_lanes *result)
 {
     find(acting, numbers, placed, position, rotation, result);
+}
+
+FOR_EACH_PROCESSOR static void change(const acting *acting, const lanes *numbers,
+                                      const lanes *changes, bool placed, const lanes *position,
+                                      const lanes *rotation, lanes *wrench)
+{
+    const lanes still[3] = {{0}};
+    memset(wrench, 0, LAW_WRENCH * sizeof *wrench);
+    for (int i = 0, first = 0; i < acting->count; i++) {
+        const law *of = &law_table[acting->law[i]];
+        if (is_asked(of, placed)) {
+            const int from = is_half(of) && placed ? 3 : 0, to = is_half(of) && !placed ? 3 : 6;
+            lanes all[LAW_WRENCH] = {{0}};
+            lanes_law_outside_wrench_change(acting->law[i], position, rotation, still,
+                                            numbers + first, changes + first, all);
+            for (int k = from; k < to; k++) {
+                wrench[k] += all[k];
+            }
+        }
+        first += of->numbers;
+    }
+}
+
+void acting_lanes_change(const acting *acting, const lanes *numbers, const lanes *changes,
+                         bool placed, const lanes *position, const lanes *rotation, lanes *wrench)
+{
+    change(acting, numbers, changes, placed, position, rotation, wrench);
 }
 
 FOR_EACH_PROCESSOR static void scale_numbers(const acting *acting, const lanes *full,

@@ -17,6 +17,11 @@ typedef struct acting_lanes {
 void acting_lanes_of(const acting *acting, const lanes *numbers, bool placed, const lanes *position,
                      const lanes *rotation, acting_lanes *result);
 
+/* What force and moment [6] of these laws change by with a change of their numbers, the section
+ * where it is. */
+void acting_lanes_change(const acting *acting, const lanes *numbers, const lanes *change,
+                         bool placed, const lanes *position, const lanes *rotation, lanes *wrench);
+
 /* Numbers where all that grows has its share of the full load. */
 void acting_lanes_on_way(const acting *acting, const lanes *full, const lanes *share,
                          lanes *numbers);

@@ -89,3 +89,26 @@ bool solve_complement(int count, int open, const double *matrix, const double *r
     }
     return false;
 }
+
+void solve_complement_fit(int rows, int count, int open, int apart, const double *columns,
+                          double *x)
+{
+    static const double most = 1e-13; /* of the derivative of the squares by a number that is 0 */
+    double normal[COMPLEMENT_MAX * COMPLEMENT_MAX], right[COMPLEMENT_MAX], found[COMPLEMENT_MAX];
+    for (int a = 0; a < count; a++) {
+        right[a] = 0;
+        for (int b = 0; b <= count; b++) {
+            double sum = a == b ? 1e-12 : 0;
+            for (int k = 0; k < rows; k++) {
+                sum += columns[(a * rows + k) * apart] * columns[(b * rows + k) * apart];
+            }
+            right[a] += b < count ? sum * x[b] : -sum;
+            if (b < count) {
+                normal[a * count + b] = sum;
+            }
+        }
+    }
+    if (solve_complement(count, open, normal, right, most, found)) {
+        memcpy(x, found, (size_t)count * sizeof *x);
+    }
+}

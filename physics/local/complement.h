@@ -14,4 +14,11 @@ enum { COMPLEMENT_MAX = SCENE_TENDONS_MAX + 6 };
 bool solve_complement(int count, int open, const double *matrix, const double *right, double most,
                       double *x);
 
+/* Numbers x [count], at most COMPLEMENT_MAX, that equations depend on linearly, become those with
+ * which these are met best, by least squares; all but the first `open` are not negative. columns
+ * [count + 1][rows], their numbers `apart` from one another: what each does, and what is missing
+ * with the x that is given. */
+void solve_complement_fit(int rows, int count, int open, int apart, const double *columns,
+                          double *x);
+
 #endif

@@ -24,6 +24,7 @@ typedef struct solve_functions {
     formula *growth;    /* NULL: none */
     const scene *open;  /* with open names; NULL: none */
     const solve_parameters *parameters;
+    bool changes; /* parts are derivatives of what they are, by each parameter */
     solve_part_kind kinds[SOLVE_PARTS];
 } solve_functions;
 
@@ -136,16 +137,31 @@ static ad_status begin(const solve_rod *rod, recording *on, ad_error *error)
     return AD_OK;
 }
 
+/* Derivatives of a part by each parameter, one after the other. */
+static ad_value by_each(const recording *on, int count, ad_value value)
+{
+    ad_value each[SCENE_PARAMETERS_MAX];
+    for (int i = 0; i < count; i++) {
+        double unit[SCENE_PARAMETERS_MAX] = {0};
+        unit[i] = 1;
+        const ad_value along = ad_constant(on->tape, count, unit);
+        ad_directional(1, &value, 1, &on->parameters, &along, &each[i]);
+        each[i] = ad_rows(each[i]) < ad_rows(value) ? ad_repeat(each[i], ad_rows(value)) : each[i];
+    }
+    return ad_stack(count, each);
+}
+
 /* One formula of the rod: the part that it is. */
 static ad_status add_formula(solve_rod *rod, const recording *on, solve_part part, ad_value value,
                              formula **to, ad_error *error)
 {
     solve_functions *f = rod->formula;
+    const bool is_open = f->open && f->parameters->count > 0 && ad_uses(1, &value, on->parameters);
+    value = f->changes ? by_each(on, f->parameters->count, value) : value;
     f->kinds[part] = (solve_part_kind){.width = (size_t)ad_rows(value),
                                        .by_s = ad_uses(1, &value, on->s),
                                        .by_t = ad_uses(1, &value, on->t),
-                                       .by_parameters = f->open && f->parameters->count > 0 &&
-                                                        ad_uses(1, &value, on->parameters)};
+                                       .by_parameters = is_open};
     return solve_formula_create(value, f->open ? f->parameters->count : 0, f->pool, to, error);
 }
 
@@ -264,7 +280,8 @@ static ad_status add_quadrature(solve_rod *rod, ad_error *error)
 }
 
 static ad_status create(const scene *rod_scene, const scene *open,
-                        const solve_parameters *parameters, solve_rod **result, ad_error *error)
+                        const solve_parameters *parameters, bool changes, solve_rod **result,
+                        ad_error *error)
 {
     *result = NULL;
     if (rod_scene->rod.inserted.is_given) {
@@ -282,6 +299,7 @@ static ad_status create(const scene *rod_scene, const scene *open,
     f->pool = pool;
     f->open = open;
     f->parameters = parameters;
+    f->changes = changes;
     *rod = (solve_rod){.scene = *rod_scene,
                        .motion = rod_scene->motion,
                        .scales = rod_scales_of(rod_scene),
@@ -307,7 +325,7 @@ static ad_status create(const scene *rod_scene, const scene *open,
 
 ad_status solve_rod_create(const scene *rod_scene, solve_rod **result, ad_error *error)
 {
-    return create(rod_scene, NULL, NULL, result, error);
+    return create(rod_scene, NULL, NULL, false, result, error);
 }
 
 /* What a scene has as one number for all its members: lengths, places, turns. */
@@ -329,14 +347,26 @@ static ad_status check_open(const scene *open, const solve_parameters *parameter
     return AD_OK;
 }
 
-ad_status solve_rod_create_open(const scene *open, const solve_parameters *parameters,
-                                solve_rod **result, ad_error *error)
+static ad_status create_open(const scene *open, const solve_parameters *parameters, bool changes,
+                             solve_rod **result, ad_error *error)
 {
     scene one;
     *result = NULL;
     scene_with(open, parameters->count, parameters->names, parameters->values, &one);
     ad_status status = check_open(open, parameters, error);
-    return status == AD_OK ? create(&one, open, parameters, result, error) : status;
+    return status == AD_OK ? create(&one, open, parameters, changes, result, error) : status;
+}
+
+ad_status solve_rod_create_open(const scene *open, const solve_parameters *parameters,
+                                solve_rod **result, ad_error *error)
+{
+    return create_open(open, parameters, false, result, error);
+}
+
+ad_status solve_rod_create_changes(const scene *open, const solve_parameters *parameters,
+                                   solve_rod **result, ad_error *error)
+{
+    return create_open(open, parameters, true, result, error);
 }
 
 void solve_rod_free(solve_rod *rod)

@@ -149,6 +149,11 @@ typedef struct solve_parameters {
 ad_status solve_rod_create_open(const scene *open, const solve_parameters *parameters,
                                 solve_rod **result, ad_error *error);
 
+/* The same, whose parts are derivatives of those by each of `count` > 0 parameters, one after the
+ * other: by_parameters of those that depend on one, of which the others are 0. At rest. */
+ad_status solve_rod_create_changes(const scene *open, const solve_parameters *parameters,
+                                   solve_rod **result, ad_error *error);
+
 /* What such a rod is given, in parts: the structs are those below, of actuators as many as it has,
  * of jumps the numbers of all. */
 typedef enum solve_part {

@@ -169,6 +169,15 @@ int strain_tensions(const scene *open)
     return count;
 }
 
+void strain_arms(const scene *one, double *arms)
+{
+    for (int i = 0; i < one->tendon_count; i++) {
+        if (one->tendons[i].displacement.is_given) {
+            *arms++ = rod_tendon_arm(one, i);
+        }
+    }
+}
+
 int strain_angles(const scene *open)
 {
     int count = 0;

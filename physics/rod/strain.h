@@ -100,6 +100,10 @@ int strain_held(const scene *open);
 /* Tendons whose length is given, in their order: their tensions, which are not negative. */
 int strain_tensions(const scene *open);
 
+/* How far these tendons are from the axis, over the length: arms [strain_tensions] by which a
+ * tension bends the rod, at least 1e-3. */
+void strain_arms(const scene *one, double *arms);
+
 /* Whether more is sought than the curvature, or a law asks for the position: then no
  * strain_rod_blocks. */
 bool strain_is_placed(const scene *open);

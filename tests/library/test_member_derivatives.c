@@ -60,6 +60,39 @@ static const struct {
      FAMILY "}\nrod: {model: kirchhoff, " ROD "}\n"
             "boundary: {end: {type: roller, along: [0, 0, 1], position: [0.03, 0.02, 0.29]}}\n"
             "loads: {force: [0.003*a, 0.002*b, 0]}\n"},
+    /* What is not a load: each with its own way to the equations. */
+    {"springs",
+     FAMILY "}\nrod: {model: cosserat, " ROD "}\n"
+            "loads: {foundation: [0.3 + 0.1*a, 0.2, 0], tip: {force: [0.002, 0.001, 0]}}\n"
+            "springs: [{at: 0.3, stiffness: [0.01, 0.02 + 0.01*b, 0.01], turning: [1e-4*a, 0, "
+            "1e-4]}]\n"},
+    {"routing", FAMILY "}\nrod: {model: cosserat, " ROD "}\n"
+                       "tendons: [{offset: ['0.004 + 0.01*a*s', 0.001*b], tension: 0.5}]\n"},
+    {"length", FAMILY "}\nrod: {model: cosserat, " ROD ", rest: {curvature: [b, 0, 0.5]}}\n"
+                      "loads: {tip: {force: [0.002, 0.001, 0]}}\n"
+                      "tendons: [{offset: [0.004 + 0.001*a, 0], displacement: 4e-4, stiffness: "
+                      "2000 + 500*b},\n"
+                      "          {offset: [-0.004, 0], displacement: -1e-3}]\n"},
+    {"rubbing",
+     FAMILY "}\nrod: {model: cosserat, " ROD "}\n"
+            "loads: {tip: {force: [0.002, 0.001, 0]}}\n"
+            "tendons: [{offset: [0.004 + 0.001*b, 0], tension: 0.2, friction: 0.1 + "
+            "0.1*a},\n"
+            "          {offset: [0, 0.004], displacement: 1e-4*(1 + a), friction: 0.1}]\n"},
+    {"gradient", FAMILY "}\nrod: {model: kirchhoff, " ROD "}\n"
+                        "loads: {magnetic: {moment: [0, 0.02*a, 0.1], gradient: [0.1, -0.2, "
+                        "0.1*b, 0.05, 0.1]}}\n"},
+    {"moved", FAMILY "}\nrod: {model: cosserat, " ROD "}\n"
+                     "boundary: {start: {position: [0, 0.01*b, 0], rotation: [1, 0.01*a, 0, 0]},\n"
+                     "  end: {type: clamped, position: [0.01, 0.02 + 0.005*b, 0.2985], "
+                     "rotation: [1, 0.05*a, 0.02, 0]}}\n"
+                     "loads: {force: [0.003, 0, 0]}\n"},
+    {"law",
+     FAMILY "}\nrod: {model: cosserat, length: 0.3, section: {shape: circle, radius: 2e-3},\n"
+            "  material: {density: 2e-4*young}, law: {file: configs/law/neo_hooke.csv}, "
+            "rest: {curvature: [b, 0, a]}}\n"
+            "loads: {gravity: [0, 0, -0.981]}\n"
+            "tendons: [{offset: [0.004, 0], tension: 0.2 + 0.1*a}]\n"},
 };
 
 static void assert_good(ad_status status, const char *name, const ad_error *error)

@@ -12,11 +12,11 @@
  *
  * Then shapes of B from given curvatures: those of the members, bent by smooth random waves of 1e-4
  * to 0.1 over the length, one size for each member, as networks err. "value" is the shape alone,
- * "step" a step of Newton's method alone, and numbers are steps taken with all that is known after
- * them, against the shapes of a finer tolerance. `wrong` counts members that are trusted and
- * further off than one and a half times what is said to be left and 1e-5 mm; `said/off` the
- * quotient of what is said to be left and what is, of those trusted and less than 5 and more than
- * 1e-3 mm off. */
+ * "step" a step of Newton's method alone, "by all" their derivatives by all parameters, and numbers
+ * are steps taken with all that is known after them, against the shapes of a finer tolerance.
+ * `wrong` counts members that are trusted and further off than one and a half times what is said to
+ * be left and 1e-5 mm; `said/off` the quotient of what is said to be left and what is, of those
+ * trusted and less than 5 and more than 1e-3 mm off. */
 #include "nn/rng.h"
 #include "physics/chain/solve_members.h"
 #include "physics/numerics/sort.h"
@@ -256,6 +256,23 @@ static double time_of(const answering *of, int steps, double *values, double *re
     return 1e6 * seconds[ROUNDS / 2] / (double)of->count;
 }
 
+/* Of all derivatives by the parameters. */
+static double time_of_derivatives(const answering *of, double *jacobian)
+{
+    double seconds[ROUNDS];
+    ad_error error;
+    for (int i = 0; i < ROUNDS; i++) {
+        const double start = cpu_seconds();
+        if (solve_members_jacobian(of->members, of->count, of->parameters, of->curvature, jacobian,
+                                   &error) != AD_OK) {
+            return NAN;
+        }
+        seconds[i] = cpu_seconds() - start;
+    }
+    sort_ascending(ROUNDS, seconds);
+    return 1e6 * seconds[ROUNDS / 2] / (double)of->count;
+}
+
 static void print_answers(const answering *of, int steps)
 {
     double *off = malloc(of->count * sizeof *off), *ratio = malloc(of->count * sizeof *ratio);
@@ -332,6 +349,9 @@ static int run_answers(const scene *robot, size_t count, int threads)
         for (int steps = 0; steps <= 2; steps++) {
             print_answers(&of, steps);
         }
+        double *jacobian = malloc(count * width * PARAMETERS * sizeof *jacobian);
+        printf("%-8s %8.2f\n", "by all", time_of_derivatives(&of, jacobian));
+        free(jacobian);
         free(of.refined);
         free(curvature);
     } else {

@@ -1,7 +1,7 @@
 /* Families in the strain form: what the self-test of their C knows. */
 #include "tools/emit/export_model.h"
 
-#include "physics/chain/strain_jacobian.h"
+#include "tools/emit/export_jacobian.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -52,18 +52,18 @@ static ad_status find_shapes(export_model *model, const numbers *n, const solve_
     double places[STRAIN_ELEMENTS_MAX * STRAIN_STAGES_MAX], s[EXPORT_COMPARED];
     double shapes[MEMBERS * EXPORT_COMPARED * STRAIN_COLUMNS];
     double *jacobian = malloc((size_t)rows * STRAIN_COLUMNS * (size_t)count * sizeof *jacobian);
-    strain_jacobian *by = NULL;
+    export_jacobian *by = NULL;
     strain_mesh_places(&f->mesh, places);
     for (int i = 0; i < compared; i++) {
         s[i] = f->s[which[i]];
     }
     ad_status status =
-        jacobian ? strain_jacobian_create(f->open, (size_t)nodes, places, (size_t)compared, s,
+        jacobian ? export_jacobian_create(f->open, (size_t)nodes, places, (size_t)compared, s,
                                           STRAIN_COLUMNS, all, model->e->pool, &by, error)
                  : ad_fail(error, AD_NO_MEMORY, "out of memory for a self-test");
     if (status == AD_OK) {
         status =
-            strain_jacobian_run(by, MEMBERS, n->parameters, n->polished, shapes, jacobian, error);
+            export_jacobian_run(by, MEMBERS, n->parameters, n->polished, shapes, jacobian, error);
     }
     for (int i = 0; i < MEMBERS && status == AD_OK; i++) {
         const double *solved =
@@ -81,7 +81,7 @@ static ad_status find_shapes(export_model *model, const numbers *n, const solve_
         n->shapes[to] = shapes[from];
         memcpy(n->jacobian + to * count, jacobian + from * count, (size_t)count * sizeof *jacobian);
     }
-    strain_jacobian_free(by);
+    export_jacobian_free(by);
     free(jacobian);
     return status;
 }
