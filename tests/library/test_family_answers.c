@@ -344,6 +344,30 @@ static void test_reasons(void **state)
     quantities_free(column.names);
 }
 
+/* What only solution_create finds has derivatives, too: the upright column beyond Euler's load goes
+ * against a force across by (tan k - k)/k^3 for each unit, k^2 = 5 (EI = L = 1). To the tolerance
+ * of the mesh, 1e-6. */
+static void test_derivative_of_solver(void **state)
+{
+    (void)state;
+    static double values[WIDTH], jacobian[WIDTH * 2];
+    const double upright[2] = {-5, 0}, k = sqrt(5);
+    fake straight = {.given = 1e-9};
+    robot column;
+    cpinn_answer said;
+    ad_error error = {.message = ""};
+    make_column(&column);
+    const cpinn_family_settings settings = settings_of(&column.scene, 1);
+    cpinn_family *x = open_with(&column, &settings, &straight);
+    assert_good(cpinn_family_jacobian(x, 1, upright, values, jacobian, &said, &error), &error);
+    assert_int_equal(said.source, CPINN_FROM_SOLVER);
+    const double *tip = jacobian + (WIDTH - WIDTH / POINTS) * 2;
+    assert_near(tip[1], (tan(k) - k) / (k * k * k), 1e-6);
+    assert_near(tip[0], 0, 1e-6);
+    cpinn_family_free(x);
+    quantities_free(column.names);
+}
+
 /* Beyond the range: refused, or answered and said to be so; a rod of negative stiffness is none. */
 static void test_outside(void **state)
 {
@@ -514,10 +538,15 @@ static void test_memory(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_errors),    cmocka_unit_test(test_own_values),
-        cmocka_unit_test(test_same_bits), cmocka_unit_test(test_reasons),
-        cmocka_unit_test(test_outside),   cmocka_unit_test(test_without_errors),
-        cmocka_unit_test(test_verify),    cmocka_unit_test(test_wrong),
+        cmocka_unit_test(test_errors),
+        cmocka_unit_test(test_own_values),
+        cmocka_unit_test(test_same_bits),
+        cmocka_unit_test(test_reasons),
+        cmocka_unit_test(test_outside),
+        cmocka_unit_test(test_without_errors),
+        cmocka_unit_test(test_verify),
+        cmocka_unit_test(test_wrong),
+        cmocka_unit_test(test_derivative_of_solver),
         cmocka_unit_test(test_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -248,8 +248,8 @@ ad_status cpinn_family_evaluate(cpinn_family *family, const cpinn_polish *polish
 /* The same answers with their derivatives by the parameters, jacobian [members][points][columns]
  * [parameters] in SI units. At rest, where the solver of members takes the scene, they are those of
  * the equilibrium of the answer (solve_members_jacobian), also of one that is solved. They are not
- * numbers where only solution_create finds the equilibrium. Of other scenes they are those of the
- * network. AD_BAD_ARGUMENT: as above. */
+ * numbers where only solution_create finds the equilibrium, and a step on the mesh of members leads
+ * away from it. Of other scenes they are those of the network. AD_BAD_ARGUMENT: as above. */
 ad_status cpinn_family_jacobian(cpinn_family *family, size_t members, const double *parameters,
                                 double *values, double *jacobian, cpinn_answer *answers,
                                 ad_error *error);

@@ -236,8 +236,28 @@ static ad_status put_solution(const cpinn_family *family, const solution *found,
     return status;
 }
 
+/* Its curvature [nodes][3] as the solver of members is given it. */
+static ad_status put_curvature(const cpinn_family *family, const solution *found, const scene *one,
+                               double *curvature, ad_error *error)
+{
+    enum { FIRST = 10, COLUMNS = FIRST + 3 };
+    const size_t nodes = family->nodes;
+    double *s = malloc((1 + COLUMNS) * (nodes + 1) * sizeof *s), *values = s + nodes;
+    ad_status status = s ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for derivatives");
+    if (status == AD_OK) {
+        solve_members_places(family->solver, s);
+        status = solution_evaluate(found, COLUMNS, nodes, s, NULL, values, error);
+    }
+    for (size_t i = 0; i < 3 * nodes && status == AD_OK; i++) {
+        const double growth = one->rod.growth.is_given ? scene_growth_at(one, s[i / 3]) : 1;
+        curvature[i] = growth * values[(FIRST + i % 3) * nodes + i / 3];
+    }
+    free(s);
+    return status;
+}
+
 static ad_status solve_one(const cpinn_family *family, const double *parameters, double *values,
-                           cpinn_answer *answer, ad_error *error)
+                           double *curvature, cpinn_answer *answer, ad_error *error)
 {
     scene one;
     solution *found = NULL;
@@ -263,6 +283,9 @@ static ad_status solve_one(const cpinn_family *family, const double *parameters,
         answer->reason = answer->trusted ? answer->reason : CPINN_REASON_WARNING;
         answer->error = report.estimate * (scene_is_beam(&one) ? report.size : family->length);
         status = put_solution(family, found, values, error);
+        if (status == AD_OK && curvature) {
+            status = put_curvature(family, found, &one, curvature, error);
+        }
     }
     solution_free(found);
     return status;
@@ -272,7 +295,8 @@ typedef struct solving {
     const cpinn_family *x;
     const size_t *which;
     const double *parameters; /* of all members */
-    double *values;           /* of those that are solved, one after the other, as `answers` */
+    double *values;           /* of those that are solved, one after the other, as `answers`, */
+    double *curvature;        /* and this, NULL: nobody asks */
     cpinn_answer *answers;
 } solving;
 
@@ -281,37 +305,48 @@ static ad_status solve_item(void *context, int item, int thread, ad_error *error
     const solving *of = context;
     const size_t k = (size_t)item, width = of->x->points * (size_t)of->x->columns;
     (void)thread;
-    return solve_one(of->x, of->parameters + of->which[k] * (size_t)of->x->count,
-                     of->values + k * width, of->answers + k, error);
+    return solve_one(
+        of->x, of->parameters + of->which[k] * (size_t)of->x->count, of->values + k * width,
+        of->curvature ? of->curvature + k * 3 * of->x->nodes : NULL, of->answers + k, error);
 }
 
 ad_status cpinn_family_solve(const cpinn_family *family, size_t count, const size_t *which,
-                             const double *parameters, double *values, cpinn_answer *answers,
-                             ad_error *error)
+                             const double *parameters, double *values, double *curvature,
+                             cpinn_answer *answers, ad_error *error)
 {
     if (count == 0) {
         return AD_OK;
     }
     const size_t width = family->points * (size_t)family->columns, bytes = width * sizeof *values;
-    solving of = {family, which, parameters, malloc(count * bytes + 1),
-                  malloc((count + 1) * sizeof *answers)};
+    const size_t bent = 3 * family->nodes * sizeof *curvature;
+    solving of = {.x = family,
+                  .which = which,
+                  .parameters = parameters,
+                  .values = malloc(count * bytes + 1),
+                  .curvature = curvature ? malloc(count * bent + 1) : NULL,
+                  .answers = malloc((count + 1) * sizeof *answers)};
     const ad_dealt made[] = {{of.values, bytes, count * bytes},
-                             {of.answers, sizeof *answers, count * sizeof *answers}};
-    ad_status status = of.values && of.answers
+                             {of.answers, sizeof *answers, count * sizeof *answers},
+                             {of.curvature, bent, count * bent}};
+    ad_status status = of.values && of.answers && (of.curvature || !curvature)
                            ? AD_OK
                            : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu members", count);
     for (size_t k = 0; k < count && status == AD_OK; k++) {
         of.answers[k] = answers[which[k]];
     }
     if (status == AD_OK) {
-        status = ad_pool_deal(family->pool, (int)count, solve_item, &of, sizeof made / sizeof *made,
-                              made, error);
+        status =
+            ad_pool_deal(family->pool, (int)count, solve_item, &of, curvature ? 3 : 2, made, error);
     }
     for (size_t k = 0; k < count && status == AD_OK; k++) {
         answers[which[k]] = of.answers[k];
         memcpy(values + which[k] * width, of.values + k * width, bytes);
+        if (curvature) {
+            memcpy((char *)curvature + which[k] * bent, (char *)of.curvature + k * bent, bent);
+        }
     }
     free(of.values);
+    free(of.curvature);
     free(of.answers);
     return status;
 }
@@ -365,15 +400,17 @@ static ad_status solve_wanting(cpinn_family *family, int steps, bool keeps, size
 }
 
 /* Members of a chunk that are not trusted yet, by the other solver. */
-static ad_status solve_rest(cpinn_family *family, size_t members, const double *parameters,
-                            double *values, cpinn_answer *answers, ad_error *error)
+static ad_status solve_rest(cpinn_family *family, bool keeps, size_t members,
+                            const double *parameters, double *values, cpinn_answer *answers,
+                            ad_error *error)
 {
     size_t rest = 0;
     for (size_t i = 0; i < members; i++) {
         family->which[rest] = i;
         rest += !answers[i].trusted && answers[i].reason != CPINN_REASON_REFUSED;
     }
-    return cpinn_family_solve(family, rest, family->which, parameters, values, answers, error);
+    return cpinn_family_solve(family, rest, family->which, parameters, values,
+                              keeps ? family->curvature : NULL, answers, error);
 }
 
 /* ---- without a network --------------------------------------------------------------------- */
@@ -441,18 +478,37 @@ static bool answer_by_code(cpinn_family *family, int steps, size_t members,
 
 /* ---- answers ------------------------------------------------------------------------------- */
 
-/* Of equilibria; not numbers where only solution_create has an answer, or nobody. */
+/* Whether a curvature of solution_create is an equilibrium on the mesh of derivatives, too, stable
+ * or not. */
+static ad_status is_met(cpinn_family *family, const double *parameters, const double *curvature,
+                        bool *met, ad_error *error)
+{
+    solve_answer said;
+    const ad_status status =
+        solve_members_refine(family->solver, 1, parameters, curvature, 1, NULL, NULL, &said, error);
+    *met = status == AD_OK && said.predicted <= CPINN_ENOUGH * family->length;
+    return status;
+}
+
+/* Of equilibria; not numbers where nobody has an answer. */
 static ad_status differentiate(cpinn_family *family, size_t members, const double *parameters,
                                const cpinn_answer *answers, double *jacobian, ad_error *error)
 {
     const size_t unknowns = 3 * family->nodes;
-    for (size_t i = 0; i < members; i++) {
-        if (answers[i].source != CPINN_FROM_NETWORK && answers[i].source != CPINN_FROM_MEMBERS) {
+    ad_status status = AD_OK;
+    for (size_t i = 0; i < members && status == AD_OK; i++) {
+        bool met = answers[i].source != CPINN_FROM_NOTHING;
+        if (answers[i].source == CPINN_FROM_SOLVER) {
+            status = is_met(family, parameters + i * (size_t)family->count,
+                            family->curvature + i * unknowns, &met, error);
+        }
+        if (!met) {
             put_nothing(unknowns, family->curvature + i * unknowns);
         }
     }
-    return solve_members_jacobian(family->solver, members, parameters, family->curvature, jacobian,
-                                  error);
+    return status == AD_OK ? solve_members_jacobian(family->solver, members, parameters,
+                                                    family->curvature, jacobian, error)
+                           : status;
 }
 
 static ad_status answer_chunk(cpinn_family *family, const cpinn_polish *polish, size_t members,
@@ -477,7 +533,7 @@ static ad_status answer_chunk(cpinn_family *family, const cpinn_polish *polish, 
             solve_wanting(family, steps, jacobian, members, parameters, values, answers, error);
     }
     if (status == AD_OK && solves) {
-        status = solve_rest(family, members, parameters, values, answers, error);
+        status = solve_rest(family, jacobian, members, parameters, values, answers, error);
     }
     return status == AD_OK && jacobian && family->solver && !by_code
                ? differentiate(family, members, parameters, answers, jacobian, error)

@@ -122,7 +122,7 @@ static ad_status solve_others(verifying *verifying, size_t count, const double *
     for (size_t k = 0; k < count; k++) {
         verifying->answers[verifying->which[k]] = (cpinn_answer){.reason = CPINN_REASON_NONE};
     }
-    return cpinn_family_solve(verifying->family, count, verifying->which, given, values,
+    return cpinn_family_solve(verifying->family, count, verifying->which, given, values, NULL,
                               verifying->answers, error);
 }
 

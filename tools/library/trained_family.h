@@ -76,11 +76,12 @@ ad_status cpinn_family_answer(cpinn_family *family, const cpinn_polish *polish, 
 double cpinn_family_distance(const cpinn_family *family, const double *a, const double *b);
 
 /* Of some members those by solution_create whose numbers are which [count]: parameters, values
- * [members][points][columns]; of `answers` [members] the reason is kept where the solver has no
- * doubt. AD_NO_MEMORY, AD_NO_BLAS. */
+ * [members][points][columns]; and, where there is a solver of members, curvature
+ * [members][nodes][3] as it takes that, or NULL; of `answers` [members] the reason is kept where
+ * the solver has no doubt. AD_NO_MEMORY, AD_NO_BLAS. */
 ad_status cpinn_family_solve(const cpinn_family *family, size_t count, const size_t *which,
-                             const double *parameters, double *values, cpinn_answer *answers,
-                             ad_error *error);
+                             const double *parameters, double *values, double *curvature,
+                             cpinn_answer *answers, ad_error *error);
 
 /* The network of the evaluator (physics/learn/evaluator.h) of coordinates s, t and the parameters.
  */
