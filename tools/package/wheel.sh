@@ -16,9 +16,11 @@ rm -rf dist $work/made
 mkdir -p dist
 
 PATH=$PWD/$work/tools/bin:$PATH
+export CC="${CC:-cc}" # as build/, whose objects ccache has then, and not that of Python
 python -m build --no-isolation --sdist --outdir dist
 python -m build --no-isolation --wheel --outdir $work/made \
-    -Cbuild-dir=$work/tree -Ccmake.define.CPINN_BUNDLED=ON
+    -Cbuild-dir=$work/tree -Ccmake.define.CPINN_BUNDLED=ON \
+    -Ccmake.define.CPINN_WRITTEN="$PWD/build/written"
 # The tag is that of the oldest C library that has every symbol which the wheel needs.
 auditwheel repair --wheel-dir dist $work/made/cpinn-*.whl
 
