@@ -167,6 +167,18 @@ near "$(tail -1 full.csv | cut -d, -f3)" 1.666667e-4 "$(awk -v off="$off" 'BEGIN
     "the tip by the solver of motions"
 near "$off" 0 3e-6 "what more modes say"
 
+# Three inputs, from an equilibrium; and too few intervals, which is said.
+"$programs/cpinn-optimize" beam.yaml --quiet --json three.json --set 'initial.state=equilibrium' \
+    --set 'parameters={force: {range: [-1e-3, 1e-3]}, side: {range: [-1e-3, 1e-3]}, down: {range: [-1e-3, 1e-3]}}' \
+    --set 'loads.tip.force=[force, side, down]' --set 'optimize.motion={minimize: effort,
+        start: "force=0, side=0, down=0", end: "force=5e-4, side=-5e-4, down=0"}' ||
+    fail "three inputs"
+near "$(number violation three.json)" 0 1e-6 "the equations of three inputs"
+status=0
+"$programs/cpinn-optimize" beam.yaml --set optimize.motion.intervals=4 > said.txt || status=$?
+[ $status = 3 ] || fail "too few intervals have status $status"
+grep -q 'optimize.motion.intervals' said.txt || fail "too few intervals: $(cat said.txt)"
+
 # What cannot be met is said, with a status for scripts.
 status=0
 "$programs/cpinn-optimize" cantilever.yaml --set 'optimize.constraints=["tip.x >= 1"]' > said.txt || status=$?

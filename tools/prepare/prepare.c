@@ -79,11 +79,17 @@ static ad_status choose_formulation(config *config, ad_error *error)
 
 /* ---- choices ------------------------------------------------------------------------------- */
 
+/* Whether a reduced rod is asked for the motion, and no network. */
+static bool is_stepped(const config *config)
+{
+    return config_controls(config) || optimize_motion_is_given(&config->optimize);
+}
+
 /* Of unknowns every trial has its own equilibrium, of a one-step model the members follow from the
  * one in the middle of the ranges. */
 static ad_status check_start(const config *config, ad_error *error)
 {
-    const bool steps = surrogate_is_given(&config->surrogate) || config_controls(config);
+    const bool steps = surrogate_is_given(&config->surrogate) || is_stepped(config);
     return config->scene.initial.state != SCENE_EQUILIBRIUM || !scene_is_family(&config->scene) ||
                    steps
                ? AD_OK
@@ -99,7 +105,7 @@ static ad_status choose_training(config *config, ad_error *error)
 {
     ad_error reason;
     char key[TRAIN_KEY_MAX];
-    if (config_controls(config) && config->settings.windows == 0) {
+    if (is_stepped(config) && config->settings.windows == 0) {
         config->settings.windows = 1; /* of a network, that nobody asks for */
     }
     const ad_status status =

@@ -445,8 +445,9 @@ static ad_status read_scene(optimizing *x, ad_error *error)
 
 /* ---- motions ------------------------------------------------------------------------------- */
 
-/* Of the way of the tip, by which a rod with more modes may miss the end. */
-static const double MISSED = 0.05;
+/* Of the way of the tip, by which a rod with more modes, or one with shorter steps, may miss the
+ * end. */
+static const double MISSED = 0.05, COARSE = 0.01;
 
 static void print_motion(const optimizing *x)
 {
@@ -509,6 +510,12 @@ static void judge_motion(optimizing *x)
                     "vary by; try a longer time.duration, or more optimize.motion.intervals",
                     r->violation);
         return;
+    }
+    if (!(r->same.off <= COARSE * r->way)) {
+        verdict_add(&x->verdict, VERDICT_INFEASIBLE,
+                    "steps a fourth as long end %.2g of the way off; take more "
+                    "optimize.motion.intervals",
+                    r->same.off / r->way);
     }
     if (!(r->finer.off <= MISSED * r->way)) {
         verdict_add(&x->verdict, VERDICT_INFEASIBLE,
