@@ -339,6 +339,19 @@ static void write_header(const export_family *family, FILE *file)
             "*jacobian,\n                         model_answer *answer, double *memory);\n",
             file);
     }
+    if (family->wall) {
+        fprintf(
+            file,
+            "\n/* How far, m, all of the rod with a radius of %g m around it keeps from the wall "
+            "at least,\n * from s = %g m on, also between the places of its shape; less than 0: "
+            "it may touch.\n * shape [POINTS][COLUMNS], in the axes of the scene, moved as the "
+            "base is; off: how far its\n * places may be off, m, as answer.left. A grid of the "
+            "wall takes off %.2g m. -HUGE_VAL: a place\n * is no number, or the rod is longer "
+            "than it can be. */\n",
+            family->wall->radius, family->wall->from, family->wall->off);
+        export_put(family->name, family->single ? EXPORT_FLOAT : EXPORT_DOUBLE,
+                   "double model_clear(const model_number *shape, double off);\n", file);
+    }
     export_end_header(file);
 }
 
@@ -385,6 +398,30 @@ static void write_modes(const export_family *family, FILE *file)
     fprintf(file, "static const %s widths[%d] = ", type_of(family), mesh->elements);
     export_put_list((size_t)mesh->elements, width, 1, family->single, file);
     fputs(";\n", file);
+}
+
+/* In double precision, whatever that of the shape is: what rounding leaves of a place is a
+ * millionth of the length then. */
+static void write_wall(const export_family *family, FILE *file)
+{
+    const export_wall *const wall = family->wall;
+    bool stretches = false;
+    if (!wall) {
+        return;
+    }
+    for (int i = 0; i < family->columns; i++) {
+        stretches |= strcmp(column_of(family, i)->name, "v3") == 0;
+    }
+    fputs("\n#define WHOLE_FUNCTION static\n", file);
+    export_put_lines(family->name, EXPORT_DOUBLE, export_wall_field, file);
+    export_put_field(wall->field, "wall", file);
+    fprintf(file,
+            "#define WALL_OFF %.17g\n#define WALL_RADIUS %.17g\n#define WALL_FROM %.17g\n"
+            "#define ROUNDED %.17g\n#define STRETCHES %d\n\n",
+            wall->off, wall->radius, wall->from,
+            (family->single ? 1e-6 : 1e-12) * scene_length(family->open), stretches);
+    export_put_lines(family->name, family->single ? EXPORT_FLOAT : EXPORT_DOUBLE,
+                     export_wall_functions, file);
 }
 
 static void write_constants(const export_family *family, FILE *file)
@@ -466,6 +503,7 @@ static ad_status write_functions(export_family *family, FILE *file, ad_error *er
         export_put_lines(family->name, all_of(family), export_equation_functions, file);
         fputc('\n', file);
         export_put_lines(family->name, all_of(family), export_family_functions, file);
+        write_wall(family, file);
     }
     for (int i = 0; i < FUNCTIONS; i++) {
         ad_program_free(programs[i]);

@@ -4,6 +4,7 @@
 #define TOOLS_EMIT_EXPORT_FAMILY_H
 
 #include "physics/chain/solve_members.h"
+#include "physics/numerics/distance_field.h"
 #include "physics/rod/strain.h"
 #include "tools/emit/export_compile.h"
 
@@ -13,6 +14,13 @@ struct experiment;
 
 /* Members over the ranges by which the mesh of a run is judged. */
 enum { EXPORT_JUDGED = 256 };
+
+/* A surface that the robot must not touch. */
+typedef struct export_wall {
+    const distance_field *field;
+    double off;          /* m, of the field from the distance, at most */
+    double radius, from; /* of the robot, m; s from which on it counts */
+} export_wall;
 
 typedef struct export_family {
     const char *name;                   /* a C identifier */
@@ -34,11 +42,12 @@ typedef struct export_family {
     const double *weights;
     double mesh_error; /* m, of equilibria on the mesh, for strain_mesh_unresolved of their
                         * curvature: comes to each distance */
-    size_t workspace;  /* numbers of the functions; by export_family_write_source, as the next */
-    int state;         /* numbers of the state of the rod */
-    int forces, held;  /* that are sought before and after the curvature */
-    bool follows;      /* forces follow the rod */
-    bool placed;       /* a law depends on the position, or the end is held */
+    const struct export_wall *wall; /* NULL: none */
+    size_t workspace; /* numbers of the functions; by export_family_write_source, as the next */
+    int state;        /* numbers of the state of the rod */
+    int forces, held; /* that are sought before and after the curvature */
+    bool follows;     /* forces follow the rod */
+    bool placed;      /* a law depends on the position, or the end is held */
     /* Of the self-test: members with their parameters, float numbers where `single`; the curvature
      * times the length by the network, and after `steps`. */
     int members, steps;
@@ -54,7 +63,8 @@ typedef struct export_family {
 /* Texts of the C: lines, NULL at the end; the last is for what is compiled at run time. */
 extern const char *const export_family_types[];
 extern const char *const export_equation_functions[], *const export_family_functions[];
-extern const char *const export_solver_functions[];
+extern const char *const export_solver_functions[], *const export_wall_functions[];
+extern const char *const export_wall_field[];
 extern const char *const export_family_selftest[], *const export_code_functions[];
 
 /* Which places of the shape the self-test compares: the last, with shape_by some before it. */

@@ -78,24 +78,7 @@ static void put_clearance(const export_loop *loop, FILE *file)
     if (!x) {
         return;
     }
-    const distance_field *f = x->field;
-    const double *const lists[3] = {f->low, f->box_low, f->box_high};
-    const size_t nodes = (size_t)f->count[0] * (size_t)f->count[1] * (size_t)f->count[2];
-    fputs("static const float loop_distances[] = {", file);
-    for (size_t i = 0; i < nodes; i++) {
-        fprintf(file, "%s%.9g", i == 0 ? "" : i % 10 ? ", " : ",\n    ", f->value[i]);
-    }
-    fputs("};\n", file);
-    fprintf(file, "static const distance_field loop_field = {{%d, %d, %d}, %d", f->count[0],
-            f->count[1], f->count[2], f->inside);
-    for (int i = 0; i < 3; i++) {
-        fputs(",\n    ", file);
-        export_put_list(3, lists[i], 1, false, file);
-        if (i == 0) {
-            fprintf(file, ", %.17g", f->cell);
-        }
-    }
-    fputs(",\n    loop_distances};\n", file);
+    export_put_field(x->field, "loop_field", file);
     fprintf(file,
             "static const clearance_observation loop_clearance = {.field = &loop_field, .radius = "
             "%.17g, .smooth = %.17g};\n",

@@ -102,6 +102,26 @@ void export_put_list(size_t count, const double *list, double unit, bool single,
     fputc('}', file);
 }
 
+void export_put_field(const distance_field *f, const char *name, FILE *file)
+{
+    const double *const lists[3] = {f->low, f->box_low, f->box_high};
+    const size_t nodes = (size_t)f->count[0] * (size_t)f->count[1] * (size_t)f->count[2];
+    fprintf(file, "static const float %s_values[] = {", name);
+    for (size_t i = 0; i < nodes; i++) {
+        fprintf(file, "%s%.9g", i == 0 ? "" : i % 10 ? ", " : ",\n    ", f->value[i]);
+    }
+    fprintf(file, "};\nstatic const distance_field %s = {{%d, %d, %d}, %d", name, f->count[0],
+            f->count[1], f->count[2], f->inside);
+    for (int i = 0; i < 3; i++) {
+        fputs(",\n    ", file);
+        export_put_list(3, lists[i], 1, false, file);
+        if (i == 0) {
+            fprintf(file, ", %.17g", f->cell);
+        }
+    }
+    fprintf(file, ",\n    %s_values};\n", name);
+}
+
 void export_put_rows(const char *head, size_t rows, size_t columns, const double *list, bool single,
                      FILE *file)
 {

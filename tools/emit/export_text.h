@@ -3,6 +3,7 @@
 #ifndef TOOLS_EMIT_EXPORT_TEXT_H
 #define TOOLS_EMIT_EXPORT_TEXT_H
 
+#include "physics/numerics/distance_field.h"
 #include "physics/scene/scene.h"
 
 #include <stdbool.h>
@@ -41,6 +42,9 @@ void export_put_upper(const char *text, FILE *file);
  * precision. */
 void export_put_number(double value, bool single, FILE *file);
 void export_put_list(size_t count, const double *list, double unit, bool single, FILE *file);
+
+/* "static const distance_field NAME = ..;", of values NAME_values. */
+void export_put_field(const distance_field *field, const char *name, FILE *file);
 
 /* "HEAD[rows][columns] = {{..}, {..}};" of list [rows][columns]. */
 void export_put_rows(const char *head, size_t rows, size_t columns, const double *list, bool single,

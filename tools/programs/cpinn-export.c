@@ -2,6 +2,7 @@
 #include "tools/programs/cli.h"
 #include "tools/programs/export_files.h"
 #include "tools/programs/export_open.h"
+#include "tools/programs/export_wall.h"
 #include "tools/programs/help.h"
 
 #include <math.h>
@@ -9,7 +10,7 @@
 static const char program[] = "cpinn-export";
 
 typedef struct options {
-    const char *run, *c, *fmu, *columns, *places;
+    const char *run, *c, *fmu, *columns, *places, *wall;
     bool single, jacobian, force;
 } options;
 
@@ -87,8 +88,8 @@ static void report(const export_model *model, const export_out *to)
     }
 }
 
-static ad_status run(export_model *model, const options *o, const export_out *to,
-                     export_texts texts, ad_error *error)
+static ad_status run(export_model *model, export_walled *walled, const options *o,
+                     const export_out *to, export_texts texts, ad_error *error)
 {
     ad_status status = export_files_check(to, error);
     if (status == AD_OK) {
@@ -106,6 +107,9 @@ static ad_status run(export_model *model, const options *o, const export_out *to
         status = ad_fail(error, AD_BAD_ARGUMENT,
                          "--jacobian is for families in the strain form; all else has a Jacobian");
     }
+    if (status == AD_OK && o->wall) {
+        status = export_wall_open(o->wall, model, walled, error);
+    }
     if (status == AD_OK) {
         status = export_texts_write_all(texts, export_model_write, model, error);
     }
@@ -119,6 +123,7 @@ int main(int argc, char **argv)
 {
     options o = {.run = NULL};
     export_model x = {.e = NULL};
+    export_walled walled = {.grid = NULL};
     export_texts texts = {{.bytes = NULL}};
     ad_error error = {AD_OK, ""};
     const cli_option list[] = {{"--c", "OUT", CLI_TEXT, &o.c, 0, 0},
@@ -127,6 +132,7 @@ int main(int argc, char **argv)
                                {"--columns", "NAMES", CLI_TEXT, &o.columns, 0, 0},
                                {"--single", NULL, CLI_FLAG, &o.single, 0, 0},
                                {"--jacobian", NULL, CLI_FLAG, &o.jacobian, 0, 0},
+                               {"--wall", "CONFIG.yaml", CLI_TEXT, &o.wall, 0, 0},
                                CLI_FORCE(&o.force)};
     const cli_program about = {program, "DIR_OR_CHECKPOINT", help_export, NULL, NULL};
     int status = cli_parse(&about, list, sizeof list / sizeof *list, argc, argv, &o.run);
@@ -151,12 +157,13 @@ int main(int argc, char **argv)
     x.name = to.name;
     x.single = o.single;
     x.family.shape_by = o.jacobian;
-    if (run(&x, &o, &to, texts, &error) == AD_OK) {
+    if (run(&x, &walled, &o, &to, texts, &error) == AD_OK) {
         report(&x, &to);
     } else {
         status = cli_fail_error(program, &error);
     }
     export_texts_free(texts);
     export_model_free(&x);
+    export_wall_close(&walled);
     return status;
 }
