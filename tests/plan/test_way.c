@@ -280,6 +280,7 @@ static way_end random_way(mover *of, int number, int shapes, double *worst)
         found.end = WAY_NOT_TRIED;
     } else if (found.end == WAY_CERTIFIED) {
         assert_true(found.certificate->all.free >= settings.clearance);
+        print_message("way %d: ", number);
         *worst = fmin(*worst, try_way(&of->fine, boxes, found.certificate, settings.radius,
                                       random_bits(&random), shapes, 0, false));
     }
