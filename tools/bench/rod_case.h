@@ -15,8 +15,6 @@
 
 #include "physics/learn/problem.h"
 
-enum { ROD_CASE_OUTPUTS = 7 };
-
 typedef struct rod_case_constants {
     double strain_stiffness[3], curvature_stiffness[3]; /* K, C */
     double rotary_inertia[3];                           /* J */
@@ -32,9 +30,8 @@ typedef struct rod_case {
     size_t points, parameters;
     const double *s, *t; /* [points], the problem's own */
     double *x;           /* [parameters]: layer after layer weights [out][in], bias [out] */
-    physics_model *model;
-    nn_mlp *mlp;
-    ad_pool *pool;
+    struct experiment *e;
+    ad_pool *pool; /* its own, as x is */
     problem *problem;
 } rod_case;
 
