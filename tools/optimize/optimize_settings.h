@@ -13,7 +13,7 @@ enum {
     OPTIMIZE_PLACES_MAX = 8,
     OPTIMIZE_CASES_MAX = 64,
     OPTIMIZE_STARTS_MAX = 64,
-    OPTIMIZE_POINTS_MAX = 60 - OPTIMIZE_PLACES_MAX /* those of one shape by compiled C */
+    OPTIMIZE_POINTS_MAX = 241
 };
 
 #define OPTIMIZE_OVER_LIST(X)      X(OPTIMIZE_MEAN, "mean") X(OPTIMIZE_WORST, "worst")

@@ -24,7 +24,7 @@ enum { CLOSE_POINTS = 241 };
 typedef struct options {
     const char *config, *out, *json;
     cli_list overrides;
-    bool quiet, compile;
+    bool quiet;
     int threads;
 } options;
 
@@ -33,9 +33,8 @@ typedef struct asked_members {
     optimization *of;
     optimize_settings settings;
     cpinn_family *members;
-    bool compiled;
     cpinn_answer *answers;
-    size_t room, points, parameters;
+    size_t room;
 } asked_members;
 
 typedef struct optimizing {
@@ -57,10 +56,6 @@ static ad_status solve(void *of, size_t members, const double *parameters, doubl
 {
     const cpinn_polish alone = {.alone = true}; /* another solver would have no derivatives */
     asked_members *by = of;
-    const size_t count = by->parameters;
-    const size_t width = by->points * SOLVE_MEMBERS_COLUMNS;
-    const size_t chunk = by->compiled ? CPINN_FEW : members;
-    ad_status status = AD_OK;
     if (members > by->room) {
         cpinn_answer *more = realloc(by->answers, members * sizeof *more);
         if (!more) {
@@ -69,12 +64,8 @@ static ad_status solve(void *of, size_t members, const double *parameters, doubl
         by->answers = more;
         by->room = members;
     }
-    for (size_t i = 0; i < members && status == AD_OK; i += chunk) {
-        const size_t now = members - i < chunk ? members - i : chunk;
-        status = cpinn_family_answer(
-            by->members, &alone, now, parameters + i * count, values + i * width,
-            jacobian ? jacobian + i * width * count : NULL, by->answers + i, error);
-    }
+    const ad_status status = cpinn_family_answer(by->members, &alone, members, parameters, values,
+                                                 jacobian, by->answers, error);
     for (size_t i = 0; i < members; i++) {
         solved[i] = by->answers[i].trusted && by->answers[i].source == CPINN_FROM_MEMBERS;
     }
@@ -96,17 +87,8 @@ static ad_status ask(optimizing *x, asked_members *to, ad_error *error)
     const cpinn_family_settings settings = {.extrapolate = true, /* by rounding, beyond an end */
                                             .threads = o->threads,
                                             .points = points,
-                                            .s = s,
-                                            .compile = o->compile && to == &x->way};
-    to->points = points;
-    to->parameters = (size_t)x->family->parameter_count;
-    ad_status status =
-        cpinn_family_of_scene(x->family, to->settings.tolerance, &settings, &to->members, error);
-    to->compiled = status == AD_OK && settings.compile && !*cpinn_family_not_compiled(to->members);
-    if (status == AD_OK && settings.compile && !to->compiled) {
-        cli_warn(program, "not compiled: %s", cpinn_family_not_compiled(to->members));
-    }
-    return status;
+                                            .s = s};
+    return cpinn_family_of_scene(x->family, to->settings.tolerance, &settings, &to->members, error);
 }
 
 static void put_back(asked_members *by)
@@ -585,9 +567,8 @@ int main(int argc, char **argv)
     optimizing x = {.report = {.best = -1}};
     options *o = &x.asked;
     const cli_option list[] = {
-        CLI_OUT(&o->out),       {"--compile", NULL, CLI_FLAG, &o->compile, 0, 0},
-        CLI_SET(&o->overrides), CLI_THREADS(&o->threads),
-        CLI_JSON(&o->json),     CLI_QUIET(&o->quiet),
+        CLI_OUT(&o->out),   CLI_SET(&o->overrides), CLI_THREADS(&o->threads),
+        CLI_JSON(&o->json), CLI_QUIET(&o->quiet),
     };
     const cli_program about = {program, "CONFIG.yaml", help_optimize, verdict_help, NULL};
     int status = cli_parse(&about, list, sizeof list / sizeof *list, argc, argv, &o->config);
