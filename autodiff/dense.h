@@ -60,6 +60,11 @@ size_t ad_dense_basis(size_t rows, size_t n, double *a, double least, double *co
 /* How many eigenvalues of a symmetric matrix [n][n] are negative; it is overwritten, pivots [n]. */
 int ad_dense_negative(size_t n, double *matrix, int *pivots);
 
+/* A small symmetric matrix a [n][n], all of it, becomes diagonal, and rows of v [n][n] its
+ * eigenvectors; what is small beside the rest keeps its digits where the matrix is scaled well. By
+ * Jacobi's method (Golub & Van Loan, Matrix Computations, 4th ed., 8.5), without a library. */
+void ad_dense_diagonalize(size_t n, double *a, double *v);
+
 /* Eigenvalues of a general matrix [n][n], column-major, which is overwritten: real, imaginary [n],
  * work [AD_DENSE_EIGEN_WORK(n)]. 0, or not when they are not found. */
 #define AD_DENSE_EIGEN_WORK(n) (3 * (size_t)(n) + 1)

@@ -4,7 +4,9 @@
 #include "autodiff/run/execute.h"
 #include "autodiff/run/rank_exchange.h"
 
+#include <float.h>
 #include <math.h>
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -445,4 +447,48 @@ int ad_dense_eigenvalues(size_t n, double *matrix, double *real, double *imagina
     ad_blas_load(NULL)->geev("N", "N", &size, matrix, &size, real, imaginary, &unused, &one,
                              &unused, &one, work, &room, &info);
     return info;
+}
+
+/* ---- Jacobi's method ------------------------------------------------------------------------- */
+
+/* a[p][q] vanishes. */
+static void rotate(size_t n, double *a, double *v, size_t p, size_t q)
+{
+    const double tau = (a[q * n + q] - a[p * n + p]) / (2 * a[p * n + q]);
+    const double t = (tau >= 0 ? 1 : -1) / (fabs(tau) + hypot(1, tau));
+    const double c = 1 / hypot(1, t), s = t * c;
+    for (size_t k = 0; k < n; k++) {
+        const double x = a[k * n + p], y = a[k * n + q];
+        a[k * n + p] = c * x - s * y;
+        a[k * n + q] = s * x + c * y;
+    }
+    double *const rows[2][2] = {{a + p * n, a + q * n}, {v + p * n, v + q * n}};
+    for (size_t i = 0; i < 2; i++) {
+        for (size_t k = 0; k < n; k++) {
+            const double x = rows[i][0][k], y = rows[i][1][k];
+            rows[i][0][k] = c * x - s * y;
+            rows[i][1][k] = s * x + c * y;
+        }
+    }
+}
+
+void ad_dense_diagonalize(size_t n, double *a, double *v)
+{
+    enum { SWEEPS = 60 };
+    bool rotated = true;
+    for (size_t i = 0; i < n * n; i++) {
+        v[i] = i % (n + 1) == 0;
+    }
+    for (int sweep = 0; rotated && sweep < SWEEPS; sweep++) {
+        rotated = false;
+        for (size_t p = 0; p < n; p++) {
+            for (size_t q = p + 1; q < n; q++) {
+                const double size = sqrt(fabs(a[p * n + p] * a[q * n + q]));
+                if (fabs(a[p * n + q]) > DBL_EPSILON * size) {
+                    rotate(n, a, v, p, q);
+                    rotated = true;
+                }
+            }
+        }
+    }
 }

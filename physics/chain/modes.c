@@ -210,13 +210,9 @@ static void set_values(modes *m, const mesh *mesh)
             for (int i = 0; i < m->stages; i++) {
                 const int p = e * (m->stages + 1) + i;
                 const double y = 2 * (m->s[p] - from) / (to - from) - 1;
-                double before = 0, value = 1;
-                for (int k = 0; k < mode->degree; k++) {
-                    const double next = ((2 * k + 1) * y * value - k * before) / (k + 1);
-                    before = value;
-                    value = next;
-                }
-                m->value[p * m->width + a] = value;
+                double of[SOLVE_MODES_MAX + 1];
+                gauss_legendre(mode->degree, y, of);
+                m->value[p * m->width + a] = of[mode->degree];
             }
         }
     }

@@ -1,5 +1,5 @@
+#include "autodiff/dense.h"
 #include "physics/chain/modes_step_internal.h"
-
 #include "physics/numerics/processor.h"
 
 #include <math.h>
@@ -10,11 +10,12 @@
 
 ad_status collocation_create(modes *m, int stages, collocation **result, ad_error *error)
 {
-    collocation *x = calloc(1, sizeof *x);
+    ad_status status = ad_dense_load(error);
+    collocation *x = status == AD_OK ? calloc(1, sizeof *x) : NULL;
     const size_t n = (size_t)m->size, each = (size_t)stages * n, square = n * (size_t)m->width;
     *result = NULL;
     if (!x) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for steps");
+        return status != AD_OK ? status : ad_fail(error, AD_NO_MEMORY, "out of memory for steps");
     }
     x->m = m;
     x->size = m->size;
@@ -240,10 +241,9 @@ ad_status collocation_form(collocation *collocation, double t, double h, const d
     ad_status status = collocation_at(collocation, middle, t, h, inputs, error);
     if (status == AD_OK) {
         collocation_stage(collocation, middle, h, q, v);
-        modes_shape(m, collocation->q, collocation->v, collocation->a + middle * collocation->size);
-        modes_forces(m, true, collocation->residual);
-        modes_mass(m);
-        modes_derivatives(m, collocation->by_q, collocation->by_v);
+        modes_linearise(m, collocation->q, collocation->v,
+                        collocation->a + middle * collocation->size, collocation->residual,
+                        collocation->by_q, collocation->by_v);
         memcpy(collocation->mass, m->mass,
                (size_t)(m->size * m->width) * sizeof *collocation->mass);
         collocation->counts.matrices++;

@@ -138,6 +138,10 @@ void modes_mass(modes *m);
  * width]. */
 void modes_derivatives(modes *m, double *by_q, double *by_v);
 
+/* All of that of a state: the residual [size], its derivatives, and the mass. a [size] or NULL. */
+void modes_linearise(modes *m, const double *q, const double *v, const double *a, double *residual,
+                     double *by_q, double *by_v);
+
 /* Ranges of the inputs: parts that are affine in them everywhere, as far as samples tell, and do
  * not depend on t are taken as sums from now on. AD_NO_MEMORY, errors of formulas. */
 ad_status modes_set_ranges(modes *m, const double *low, const double *high, ad_error *error);

@@ -465,3 +465,12 @@ void modes_derivatives(modes *m, double *by_q, double *by_v)
 {
     find_derivatives(m, by_q, by_v);
 }
+
+void modes_linearise(modes *m, const double *q, const double *v, const double *a, double *residual,
+                     double *by_q, double *by_v)
+{
+    modes_shape(m, q, v, a);
+    modes_forces(m, true, residual);
+    modes_mass(m);
+    modes_derivatives(m, by_q, by_v);
+}

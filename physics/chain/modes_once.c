@@ -23,10 +23,8 @@ static ad_status stage_rows(collocation *collocation, int i, double t, double h,
         return status;
     }
     collocation_stage(collocation, i, h, q, v);
-    modes_shape(m, collocation->q, collocation->v, collocation->a + i * n);
-    modes_forces(m, true, collocation->residual);
-    modes_mass(m);
-    modes_derivatives(m, collocation->by_q, collocation->by_v);
+    modes_linearise(m, collocation->q, collocation->v, collocation->a + i * n,
+                    collocation->residual, collocation->by_q, collocation->by_v);
     for (int r = 0; r < n; r++) {
         const double *M = m->mass + r * width, *K = collocation->by_q + r * width,
                      *D = collocation->by_v + r * width;
@@ -40,7 +38,8 @@ static ad_status stage_rows(collocation *collocation, int i, double t, double h,
     return AD_OK;
 }
 
-/* The right columns of [n][columns] become the solutions of the left [n][n], by elimination. */
+/* The right columns of [n][columns] become the solutions of the left [n][n], by elimination: for
+ * the sizes of a step twice as quick as a library. */
 FOR_EACH_PROCESSOR static bool eliminate(int n, int columns, double *rows)
 {
     for (int i = 0; i < n; i++) {

@@ -1,135 +1,88 @@
 /* Radau's methods with their eigenvalues. */
+#include "autodiff/dense.h"
 #include "physics/chain/modes_step_internal.h"
-
-#include <math.h>
-#include <string.h>
 
 enum { S = COLLOCATION_STAGES_MAX };
 
-/* Eigenvalues of A: those of Pade's denominator, sum_k (N - k)! s! / (N! k! (s - k)!) (-z)^k with
- * N = 2 s - 1, at 1/z (Hairer, Wanner, IV.3), by the method of Durand and Kerner. */
-static void find_eigenvalues(int s, double complex *all)
+/* The eigenvector u of A: values at the nodes c of the derivative of a polynomial P that is
+ * value P' there, P = value P' + M with M = prod_i (x - c_i), so that P = sum_k value^k M^(k). */
+static void find_vector(const gauss_rule *rule, double complex value, double complex *u)
 {
-    const int most = 2 * s - 1;
-    double coefficient[S + 1] = {1}; /* of lambda^(s - k) */
-    for (int k = 1; k <= s; k++) {
-        coefficient[k] = -coefficient[k - 1] * (s - k + 1) / (double)(k * (most - k + 1));
-    }
+    const int s = rule->stages;
+    double M[S + 1] = {1}; /* ascending powers */
+    double complex power = 1;
     for (int i = 0; i < s; i++) {
-        all[i] = 0.3 * cexp(I * (0.4 + 2 * 3.14159265358979 * i / s));
+        for (int k = i + 1; k > 0; k--) {
+            M[k] = M[k - 1] - rule->nodes[i] * M[k];
+        }
+        M[0] *= -rule->nodes[i];
+        u[i] = 0;
     }
-    for (int round = 0; round < 200; round++) {
-        for (int i = 0; i < s; i++) {
-            double complex value = 0, others = 1;
-            for (int k = 0; k <= s; k++) {
-                value = value * all[i] + coefficient[k];
+    for (int order = 0; order <= s; order++, power *= value) {
+        for (int j = 0; j < s; j++) {
+            double at = 0;
+            for (int k = s - order; k >= 0; k--) {
+                at = at * rule->nodes[j] + M[k];
             }
-            for (int j = 0; j < s; j++) {
-                others *= j == i ? 1 : all[i] - all[j];
-            }
-            all[i] -= value / others;
+            u[j] += power * at;
+        }
+        for (int k = 0; k < s - order; k++) {
+            M[k] = (k + 1) * M[k + 1];
         }
     }
 }
 
-/* x of A x = b, [s][s] with s + 1 columns in all, in place; small: without any care for speed. */
-static void solve_small(int s, double complex (*a)[S + 1], double complex *x)
-{
-    for (int i = 0; i < s; i++) {
-        int best = i;
-        for (int r = i + 1; r < s; r++) {
-            best = cabs(a[r][i]) > cabs(a[best][i]) ? r : best;
-        }
-        for (int c = 0; c <= s; c++) {
-            const double complex other = a[i][c];
-            a[i][c] = a[best][c];
-            a[best][c] = other;
-        }
-        for (int r = i + 1; r < s; r++) {
-            const double complex by = a[r][i] / a[i][i];
-            for (int c = i; c <= s; c++) {
-                a[r][c] -= by * a[i][c];
-            }
-        }
-    }
-    for (int i = s - 1; i >= 0; i--) {
-        x[i] = a[i][s];
-        for (int c = i + 1; c < s; c++) {
-            x[i] -= a[i][c] * x[c];
-        }
-        x[i] /= a[i][i];
-    }
-}
-
-/* Right (or of the transposed matrix) eigenvector by inverse iteration. */
-static void find_vector(const collocation_method *by, double complex value, bool transposed,
-                        double complex *x)
+/* Rows of T^-1 and columns of T, of eigenvalues that are real or have an imaginary part > 0. */
+static void find_eigenvectors(collocation_method *by)
 {
     const int s = by->rule.stages;
+    double A[S * S], real[S], imaginary[S], work[AD_DENSE_EIGEN_WORK(S)];
+    double T[S * S], inverse[S * S] = {0}; /* by columns: real parts and imaginary ones in turn */
+    int pivots[S], column[COLLOCATION_PAIRS];
+    by->pairs = 1;
+    for (int i = 0; i < s * s; i++) {
+        A[i] = by->rule.matrix[i % s][i / s];
+        inverse[i] = i % (s + 1) == 0;
+    }
+    ad_dense_eigenvalues((size_t)s, A, real, imaginary, work);
     for (int i = 0; i < s; i++) {
-        x[i] = 1 + 0.3 * i;
-    }
-    for (int round = 0; round < 3; round++) {
-        double complex a[S][S + 1];
-        double size = 0;
-        for (int i = 0; i < s; i++) {
+        double complex u[S];
+        if (imaginary[i] >= 0) {
+            const int k = imaginary[i] > 0 ? by->pairs++ : 0;
+            column[k] = k > 0 ? 2 * k - 1 : 0;
+            by->eigenvalue[k] = real[i] + I * imaginary[i];
+            find_vector(&by->rule, by->eigenvalue[k], u);
             for (int j = 0; j < s; j++) {
-                a[i][j] = transposed ? by->rule.matrix[j][i] : by->rule.matrix[i][j];
-                a[i][j] -= i == j ? value * (1 + 1e-11) : 0;
+                T[column[k] * s + j] = creal(u[j]);
+                if (k > 0) {
+                    T[(column[k] + 1) * s + j] = cimag(u[j]);
+                }
+                by->from[j][k] = k > 0 ? 2 * u[j] : u[j]; /* and its conjugate */
             }
-            a[i][s] = x[i];
-        }
-        solve_small(s, a, x);
-        for (int i = 0; i < s; i++) {
-            size = fmax(size, cabs(x[i]));
-        }
-        for (int i = 0; i < s; i++) {
-            x[i] /= size;
         }
     }
-}
-
-static double legendre_at(int degree, double y)
-{
-    double before = 0, value = 1;
-    for (int k = 0; k < degree; k++) {
-        const double next = ((2 * k + 1) * y * value - k * before) / (k + 1);
-        before = value;
-        value = next;
+    ad_dense_lu((size_t)s, T, pivots);
+    ad_dense_lu_solve((size_t)s, (size_t)s, T, pivots, inverse);
+    for (int k = 0; k < by->pairs; k++) {
+        for (int j = 0; j < s; j++) {
+            const double *row = inverse + j * s + column[k];
+            by->to[k][j] = k > 0 ? (row[0] - I * row[1]) / 2 : row[0];
+        }
     }
-    return value;
 }
 
 void collocation_make_method(int stages, collocation_method *by)
 {
-    double complex all[S];
     *by = (collocation_method){.rule = gauss_radau_rule_of(stages)};
     for (int j = 0; j < stages; j++) {
-        by->highest[j] = (2 * stages - 1) * by->rule.weights[j] *
-                         legendre_at(stages - 1, 2 * by->rule.nodes[j] - 1);
+        double p[S];
+        gauss_legendre(stages - 1, 2 * by->rule.nodes[j] - 1, p);
+        by->highest[j] = (2 * stages - 1) * by->rule.weights[j] * p[stages - 1];
         for (int i = 0; i < stages; i++) {
             for (int k = 0; k < stages; k++) {
                 by->square[i][j] += by->rule.matrix[i][k] * by->rule.matrix[k][j];
             }
         }
     }
-    find_eigenvalues(stages, all);
-    by->pairs = 1;
-    for (int i = 0; i < stages; i++) {
-        const bool is_real = fabs(cimag(all[i])) < 1e-9;
-        if (is_real || cimag(all[i]) > 0) {
-            const int k = is_real ? 0 : by->pairs++;
-            double complex left[S], right[S], product = 0;
-            by->eigenvalue[k] = is_real ? creal(all[i]) : all[i];
-            find_vector(by, by->eigenvalue[k], true, left);
-            find_vector(by, by->eigenvalue[k], false, right);
-            for (int j = 0; j < stages; j++) {
-                product += left[j] * right[j];
-            }
-            for (int j = 0; j < stages; j++) {
-                by->to[k][j] = left[j] / product;
-                by->from[j][k] = right[j] * (is_real ? 1 : 2); /* and its conjugate */
-            }
-        }
-    }
+    find_eigenvectors(by);
 }

@@ -269,10 +269,8 @@ ad_status modes_settle(modes *m, const modes_linear *linear, ad_error *error)
     double moved = INFINITY;
     memset(linear->v, 0, (size_t)m->size * sizeof *linear->v);
     for (int step = 0; step < STEPS && moved > near; step++) {
-        modes_shape(m, linear->q, linear->v, NULL);
-        modes_forces(m, true, linear->residual);
-        modes_mass(m);
-        modes_derivatives(m, linear->by_q, linear->by_v);
+        modes_linearise(m, linear->q, linear->v, NULL, linear->residual, linear->by_q,
+                        linear->by_v);
         moved = solve_stiffness(m, linear);
         const double part = fmin(1, farthest / moved);
         for (int k = 0; k < m->size; k++) {

@@ -260,11 +260,8 @@ static ad_status differentiate(reduced_rod *rod, double t, bool by_inputs, ad_er
     const int n = m->size, width = m->width, columns = 2 * n + m->inputs;
     const int wanted = by_inputs ? columns : 2 * n;
     ad_status status = AD_OK;
-    modes_shape(m, rod->q, rod->v, rod->a);
-    modes_forces(m, true, rod->residual);
     memcpy(rod->mass, m->mass, (size_t)(n * width) * sizeof *rod->mass); /* its factor */
-    modes_mass(m);
-    modes_derivatives(m, rod->by_q, rod->by_v);
+    modes_linearise(m, rod->q, rod->v, rod->a, rod->residual, rod->by_q, rod->by_v);
     if (wanted > 2 * n) {
         status =
             modes_by_inputs(m, t / rod->rod->scales.time, rod->q, rod->v, rod->a, rod->room, error);

@@ -1,37 +1,26 @@
 #include "physics/local/lobatto.h"
 
-#include <math.h>
+#include "physics/numerics/gauss.h"
 
-/* Legendre polynomials of degree n and n - 1. */
-static void legendre(int n, double x, double *of_n, double *of_before)
-{
-    double before = 1, now = x;
-    for (int k = 2; k <= n; k++) {
-        double next = ((2 * k - 1) * x * now - (k - 1) * before) / k;
-        before = now;
-        now = next;
-    }
-    *of_n = now;
-    *of_before = before;
-}
+#include <math.h>
 
 void solve_lobatto_points(int degree, double *x, double *weights)
 {
     const double pi = 3.14159265358979323846;
     for (int i = 0; i <= degree; i++) {
         /* Zeros of (1 - x^2) P'_n = n (P_(n-1) - x P_n), by Newton from Chebyshev's points. */
-        double at = -cos(pi * i / degree), of_n, of_before;
-        legendre(degree, at, &of_n, &of_before);
+        double at = -cos(pi * i / degree), p[LOBATTO_DEGREE_MAX + 1];
+        gauss_legendre(degree, at, p);
         for (int round = 0; round < 100 && i > 0 && i < degree; round++) {
-            double step = (of_before - at * of_n) / ((degree + 1) * of_n);
+            double step = (p[degree - 1] - at * p[degree]) / ((degree + 1) * p[degree]);
             at += step;
-            legendre(degree, at, &of_n, &of_before);
+            gauss_legendre(degree, at, p);
             if (fabs(step) < 1e-15) {
                 break;
             }
         }
         x[i] = at;
-        weights[i] = 2 / (degree * (degree + 1) * of_n * of_n);
+        weights[i] = 2 / (degree * (degree + 1) * p[degree] * p[degree]);
     }
     for (int i = 0; i <= degree; i++) { /* symmetric to the last bit */
         x[i] = i < degree - i ? -x[degree - i] : i > degree - i ? x[i] : 0;
@@ -42,9 +31,10 @@ void solve_lobatto_points(int degree, double *x, double *weights)
 void solve_lobatto_derivative(int degree, const double *x, double *derivative)
 {
     int n = degree + 1;
-    double at[LOBATTO_DEGREE_MAX + 1], unused;
+    double at[LOBATTO_DEGREE_MAX + 1], p[LOBATTO_DEGREE_MAX + 1];
     for (int i = 0; i < n; i++) {
-        legendre(degree, x[i], &at[i], &unused);
+        gauss_legendre(degree, x[i], p);
+        at[i] = p[degree];
     }
     for (int i = 0; i < n; i++) {
         double sum = 0; /* rows of a derivative sum to 0: constants have none */

@@ -3,14 +3,11 @@
 #include <math.h>
 #include <string.h>
 
-/* Legendre's polynomials P_0 .. P_n of 2x - 1. */
-static void legendre(double x, int n, double *p)
+void gauss_legendre(int n, double y, double *p)
 {
-    double y = 2 * x - 1;
     p[0] = 1;
-    p[1] = y;
-    for (int k = 1; k < n; k++) {
-        p[k + 1] = ((2 * k + 1) * y * p[k] - k * p[k - 1]) / (k + 1);
+    for (int k = 0; k < n; k++) {
+        p[k + 1] = ((2 * k + 1) * y * p[k] - (k > 0 ? k * p[k - 1] : 0)) / (k + 1);
     }
 }
 
@@ -22,8 +19,8 @@ static void find_nodes(gauss_rule *rule)
     for (int i = 0; i < n; i++) {
         double x = 0.5 - 0.5 * cos(pi * (i + 0.75) / (n + 0.5)), p[GAUSS_STAGES_MAX + 1], slope = 1;
         for (int k = 0; k < 8; k++) {
-            legendre(x, n, p);
-            double y = 2 * x - 1;
+            const double y = 2 * x - 1;
+            gauss_legendre(n, y, p);
             slope = 2 * n * (y * p[n] - p[n - 1]) / (y * y - 1); /* by x */
             x -= p[n] / slope;
         }
@@ -41,13 +38,13 @@ static void find_radau_nodes(gauss_rule *rule)
     for (int i = 0; i < n; i++) {
         double y = i == n - 1 ? 1 : -cos(pi * (2 * i + 1) / (2 * n - 1));
         for (int k = 0; i < n - 1 && k < 8; k++) {
-            legendre((1 + y) / 2, n, p);
+            gauss_legendre(n, y, p);
             const double slope =
                 (n * (y * p[n] - p[n - 1]) - (n - 1) * (y * p[n - 1] - p[n - 2])) / (y * y - 1);
             y -= (p[n] - p[n - 1]) / slope;
         }
         rule->nodes[i] = (1 + y) / 2;
-        legendre(rule->nodes[i], n, p);
+        gauss_legendre(n, 2 * rule->nodes[i] - 1, p);
         rule->weights[i] = rule->nodes[i] / (n * p[n - 1] * n * p[n - 1]);
     }
 }
@@ -61,8 +58,8 @@ static double point(const gauss_rule *rule, int i)
 static double integral(const gauss_rule *rule, int i, int j)
 {
     double at[GAUSS_STAGES_MAX + 2], to[GAUSS_STAGES_MAX + 2], sum = rule->nodes[i];
-    legendre(rule->nodes[j], rule->stages, at);
-    legendre(rule->nodes[i], rule->stages, to);
+    gauss_legendre(rule->stages, 2 * rule->nodes[j] - 1, at);
+    gauss_legendre(rule->stages, 2 * rule->nodes[i] - 1, to);
     for (int k = 1; k < rule->stages; k++) {
         sum += at[k] * (to[k + 1] - to[k - 1]) / 2;
     }

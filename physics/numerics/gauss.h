@@ -15,6 +15,9 @@ typedef struct gauss_rule {
     double barycentric[GAUSS_STAGES_MAX + 2];          /* for interpolation at 0, c, 1 */
 } gauss_rule;
 
+/* p [n + 1]: Legendre's polynomials P_0 .. P_n at y. */
+void gauss_legendre(int n, double y, double *p);
+
 /* 1 <= stages <= GAUSS_STAGES_MAX */
 gauss_rule solve_gauss_rule_of(int stages);
 

@@ -1,5 +1,6 @@
 /* Between the world and the frame of a planar motion, in which what leaves the plane is the
  * constant 0, so that the tape folds it away. */
+#include "physics/numerics/quaternion.h"
 #include "physics/rod/rod_internal.h"
 
 #include <math.h>
@@ -11,35 +12,6 @@ static ad_value plane_combine(ad_value v, const double *coefficient)
         sum = ad_add(sum, ad_scale(ad_row(v, i), coefficient[i]));
     }
     return sum;
-}
-
-/* Unit quaternion of the frame, whose axes are the columns: frame to world. Shepperd's method
- * (J. Guidance and Control 1, 1978): divide by the largest entry. */
-static void plane_quaternion(const rod_plane *plane, double q[4])
-{
-    const double(*m)[3] = plane->axes;
-    double trace = m[0][0] + m[1][1] + m[2][2];
-    int largest = 0;
-    double square = trace;
-    for (int i = 0; i < 3; i++) {
-        if (m[i][i] > square) {
-            square = m[i][i];
-            largest = i + 1;
-        }
-    }
-    if (largest == 0) {
-        q[0] = 0.5 * sqrt(1 + trace);
-        for (int i = 0; i < 3; i++) {
-            int a = (i + 1) % 3, b = (i + 2) % 3;
-            q[i + 1] = (m[b][a] - m[a][b]) / (4 * q[0]);
-        }
-        return;
-    }
-    int i = largest - 1, a = (i + 1) % 3, b = (i + 2) % 3;
-    q[i + 1] = 0.5 * sqrt(1 + 2 * m[i][i] - trace);
-    q[0] = (m[b][a] - m[a][b]) / (4 * q[i + 1]);
-    q[a + 1] = (m[a][i] + m[i][a]) / (4 * q[i + 1]);
-    q[b + 1] = (m[b][i] + m[i][b]) / (4 * q[i + 1]);
 }
 
 /* Rows that may differ from 0, the others made the constant 0. */
@@ -89,7 +61,7 @@ ad_value rod_rotation_from_world(const rod_context *rod, ad_value q)
     if (!rod->plane.is_planar) {
         return q;
     }
-    plane_quaternion(&rod->plane, frame);
+    quaternion_of_matrix(rod->plane.axes, frame);
     ad_value back = ad_quaternion_conjugate(ad_constant(rod->tape, 4, frame));
     return plane_keep_rotation(&rod->plane, ad_quaternion_multiply(back, q));
 }
@@ -126,7 +98,7 @@ ad_value rod_rotation_by(const rod_context *rod, ad_value turn)
 
 /* 4 q q^T has only sums of entries of the matrix as its own; its column of the largest diagonal
  * entry is q times a number far from 0 (Shepperd's method without roots). */
-static ad_value quaternion_of_matrix(const ad_value columns[3])
+static ad_value quaternion_of_columns(const ad_value columns[3])
 {
     ad_tape *tape = columns[0].tape;
     ad_value m[3][3], one = ad_scalar(tape, 1), best = one, column = one;
@@ -165,7 +137,7 @@ ad_value rod_rotation_by_six(ad_value columns)
     ad_value frame[3] = {ad_normalize(first)};
     frame[1] = ad_normalize(ad_sub(second, ad_mul(ad_dot(frame[0], second), frame[0])));
     frame[2] = ad_cross(frame[0], frame[1]);
-    return quaternion_of_matrix(frame);
+    return quaternion_of_columns(frame);
 }
 
 ad_value rod_to_world(const rod_context *rod, ad_value v)
@@ -195,7 +167,7 @@ ad_value rod_rotation_to_world(const rod_context *rod, ad_value q)
     if (!rod->plane.is_planar) {
         return q;
     }
-    plane_quaternion(&rod->plane, frame);
+    quaternion_of_matrix(rod->plane.axes, frame);
     return ad_quaternion_multiply(ad_constant(rod->tape, 4, frame), q);
 }
 

@@ -424,16 +424,6 @@ void rod_shape_upright(const scene *rod_scene, double q[4])
 /* A turn by more than this, by the shorter way, may as well be meant the other way round. */
 static const double SHAPE_DOUBT = 2.967; /* rad, 170 degrees */
 
-static void product(const double p[4], const double q[4], double result[4])
-{
-    double side[3];
-    vector_cross(p + 1, q + 1, side);
-    result[0] = p[0] * q[0] - p[1] * q[1] - p[2] * q[2] - p[3] * q[3];
-    for (int i = 1; i < 4; i++) {
-        result[i] = p[0] * q[i] + q[0] * p[i] + side[i - 1];
-    }
-}
-
 bool rod_turn_is_doubtful(const scene *rod_scene, double turn[3])
 {
     double held[2][4], rest[4], back[4], q[4];
@@ -458,12 +448,12 @@ bool rod_turn_is_doubtful(const scene *rod_scene, double turn[3])
         }
     }
     shape_make(rod_scene, &made);
-    product(held[0], made.end.q, rest);
+    quaternion_product(held[0], made.end.q, rest);
     for (int k = 1; k < 4; k++) {
         rest[k] = -rest[k];
     }
     memcpy(back, rest, sizeof back);
-    product(held[1], back, q);
+    quaternion_product(held[1], back, q);
     double size = sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
     double angle = 2 * atan2(size, fabs(q[0])), sign = q[0] < 0 ? -1 : 1;
     for (int i = 0; i < 3; i++) {

@@ -1,122 +1,80 @@
 #include "physics/solve/information.h"
 
+#include "autodiff/dense.h"
+
 #include <float.h>
 #include <stdio.h>
 #include <string.h>
 
-enum { MAX = SCENE_PARAMETERS_MAX, SWEEPS = 60 };
-
-/* ---- eigenvalues --------------------------------------------------------------------------- */
-
-/* One rotation of Jacobi's method, which makes a[p][q] vanish (Golub & Van Loan, Matrix
- * Computations, 4th ed., 8.5.2). */
-static void rotate(int n, double a[MAX][MAX], double v[MAX][MAX], int p, int q)
-{
-    const double tau = (a[q][q] - a[p][p]) / (2 * a[p][q]);
-    const double t = (tau >= 0 ? 1 : -1) / (fabs(tau) + sqrt(1 + tau * tau));
-    const double c = 1 / sqrt(1 + t * t), s = t * c;
-    for (int k = 0; k < n; k++) {
-        const double x = a[k][p], y = a[k][q];
-        a[k][p] = c * x - s * y;
-        a[k][q] = s * x + c * y;
-    }
-    for (int k = 0; k < n; k++) {
-        const double x = a[p][k], y = a[q][k];
-        a[p][k] = c * x - s * y;
-        a[q][k] = s * x + c * y;
-        const double left = v[p][k], right = v[q][k];
-        v[p][k] = c * left - s * right;
-        v[q][k] = s * left + c * right;
-    }
-}
-
-/* Symmetric a becomes diagonal; rows of v are the eigenvectors. */
-static void diagonalize(int n, double a[MAX][MAX], double v[MAX][MAX])
-{
-    bool rotated = true;
-    memset(v, 0, sizeof(double[MAX][MAX]));
-    for (int i = 0; i < n; i++) {
-        v[i][i] = 1;
-    }
-    for (int sweep = 0; rotated && sweep < SWEEPS; sweep++) {
-        rotated = false;
-        for (int p = 0; p < n; p++) {
-            for (int q = p + 1; q < n; q++) {
-                if (fabs(a[p][q]) > DBL_EPSILON * sqrt(fabs(a[p][p] * a[q][q]))) {
-                    rotate(n, a, v, p, q);
-                    rotated = true;
-                }
-            }
-        }
-    }
-}
+enum { MAX = SCENE_PARAMETERS_MAX };
 
 /* ---- information --------------------------------------------------------------------------- */
 
 /* The covariance of the free unknowns, by eigenvectors; what is not measured at all has the
  * information of rounding. */
-static void add_directions(solve_information *information, int n, const int *index,
-                           double a[MAX][MAX], double v[MAX][MAX], double covariance[MAX][MAX])
+static void add_directions(solve_information *information, int n, const int *index, double *a,
+                           const double *v, double covariance[MAX][MAX])
 {
     double largest = 0, taken = INFINITY;
     for (int k = 0; k < n; k++) {
-        largest = fmax(largest, a[k][k]);
+        largest = fmax(largest, a[k * n + k]);
     }
     const double least = fmax(n * DBL_EPSILON * largest, DBL_MIN / DBL_EPSILON);
     for (int k = 0; k < n; k++) {
-        a[k][k] = fmax(a[k][k], least);
+        a[k * n + k] = fmax(a[k * n + k], least);
         for (int i = 0; i < n; i++) {
             for (int j = 0; j < n; j++) {
-                covariance[i][j] += v[k][i] * v[k][j] / a[k][k];
+                covariance[i][j] += v[k * n + i] * v[k * n + j] / a[k * n + k];
             }
         }
     }
     for (;;) { /* the least known first */
         int next = -1;
         for (int k = 0; k < n; k++) {
-            if (!isnan(a[k][k]) && (next < 0 || a[k][k] < a[next][next])) {
+            if (!isnan(a[k * n + k]) && (next < 0 || a[k * n + k] < a[next * n + next])) {
                 next = k;
             }
         }
-        taken = next < 0 ? INFINITY : a[next][next];
+        taken = next < 0 ? INFINITY : a[next * n + next];
         if (taken * SOLVE_UNTOLD * SOLVE_UNTOLD >= 1) {
             return;
         }
-        a[next][next] = NAN;
+        a[next * n + next] = NAN;
         for (int i = 0; i < n; i++) {
-            information->direction[information->untold][index[i]] = v[next][i];
+            information->direction[information->untold][index[i]] = v[next * n + i];
         }
         information->untold++;
     }
 }
 
-static void find_valley(solve_information *information, int n, const int *index, double a[MAX][MAX])
+static void find_valley(solve_information *information, int n, const int *index, const double *a)
 {
-    double scaled[MAX][MAX], v[MAX][MAX], length[MAX], square = 0;
+    double scaled[MAX * MAX], v[MAX * MAX], length[MAX], square = 0;
     int least = 0;
     for (int i = 0; i < n; i++) {
-        length[i] = a[i][i] > 0 ? sqrt(a[i][i]) : 1;
+        length[i] = a[i * n + i] > 0 ? sqrt(a[i * n + i]) : 1;
     }
     for (int i = 0; i < n * n; i++) {
-        scaled[i / n][i % n] = a[i / n][i % n] / (length[i / n] * length[i % n]);
+        scaled[i] = a[i] / (length[i / n] * length[i % n]);
     }
-    diagonalize(n, scaled, v);
+    ad_dense_diagonalize((size_t)n, scaled, v);
     for (int i = 1; i < n; i++) {
-        least = scaled[i][i] < scaled[least][least] ? i : least;
+        least = scaled[i * n + i] < scaled[least * n + least] ? i : least;
     }
-    information->collinearity = n > 0 ? 1 / sqrt(fmax(scaled[least][least], n * DBL_EPSILON)) : 0;
+    information->collinearity =
+        n > 0 ? 1 / sqrt(fmax(scaled[least * n + least], n * DBL_EPSILON)) : 0;
     for (int i = 0; i < n; i++) {
-        square += pow(v[least][i] / length[i], 2);
+        square += pow(v[least * n + i] / length[i], 2);
     }
     for (int i = 0; i < n; i++) {
-        information->valley[index[i]] = v[least][i] / (length[i] * sqrt(square));
+        information->valley[index[i]] = v[least * n + i] / (length[i] * sqrt(square));
     }
 }
 
 solve_information solve_information_of(int count, const double *matrix, const bool *held)
 {
     solve_information x = {.count = count};
-    double a[MAX][MAX], v[MAX][MAX], covariance[MAX][MAX] = {{0}};
+    double a[MAX * MAX], v[MAX * MAX], covariance[MAX][MAX] = {{0}};
     int index[MAX], n = 0;
     for (int i = 0; i < count; i++) {
         x.deviation[i] = NAN;
@@ -129,11 +87,11 @@ solve_information solve_information_of(int count, const double *matrix, const bo
     }
     for (int i = 0; i < n; i++) {
         for (int j = 0; j < n; j++) {
-            a[i][j] = matrix[index[i] * count + index[j]];
+            a[i * n + j] = matrix[index[i] * count + index[j]];
         }
     }
     find_valley(&x, n, index, a);
-    diagonalize(n, a, v);
+    ad_dense_diagonalize((size_t)n, a, v);
     add_directions(&x, n, index, a, v, covariance);
     for (int i = 0; i < n; i++) {
         x.deviation[index[i]] = sqrt(covariance[i][i]);

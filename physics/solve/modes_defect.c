@@ -108,13 +108,12 @@ static ad_status look(modes_defect *defect, double t, const double *y, bool deri
         }
     }
     ad_status status = modes_at(m, t, NULL, error);
-    if (status == AD_OK) {
-        modes_shape(m, defect->y, defect->y + n, defect->y + 2 * n);
-        modes_forces(m, derive, defect->residual);
-    }
     if (status == AD_OK && derive) {
-        modes_mass(m);
-        modes_derivatives(m, defect->by_q, defect->by_v);
+        modes_linearise(m, defect->y, defect->y + n, defect->y + 2 * n, defect->residual,
+                        defect->by_q, defect->by_v);
+    } else if (status == AD_OK) {
+        modes_shape(m, defect->y, defect->y + n, defect->y + 2 * n);
+        modes_forces(m, false, defect->residual);
     }
     return status;
 }

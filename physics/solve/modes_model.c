@@ -34,13 +34,11 @@ static ad_status residual(void *context, double t, const double *y, double *resi
     modes_model *model = context;
     modes *m = model->m;
     ad_status status = modes_at(m, t, NULL, error);
-    if (status == AD_OK) {
+    if (status == AD_OK && !by) {
         modes_shape(m, y, y + m->size, y + 2 * m->size);
-        modes_forces(m, by != NULL, residual);
-    }
-    if (status == AD_OK && by) {
-        modes_mass(m);
-        modes_derivatives(m, model->by_q, model->by_v);
+        modes_forces(m, false, residual);
+    } else if (status == AD_OK) {
+        modes_linearise(m, y, y + m->size, y + 2 * m->size, residual, model->by_q, model->by_v);
         by[0] = model->by_q;
         by[1] = model->by_v;
         by[2] = m->mass;

@@ -1,4 +1,5 @@
 /* What acts at single places of a rod in motion: loads, springs, bodies, joints. */
+#include "autodiff/dense.h"
 #include "physics/local/mesh.h"
 #include "physics/numerics/quaternion.h"
 #include "physics/solve/motion_internal.h"
@@ -29,42 +30,19 @@ ad_status motion_place_jumps(motion *m, ad_error *error)
 /* ---- bodies and joints --------------------------------------------------------------------- */
 
 /* Of a symmetric matrix: eigenvalues, and the rotation p whose columns are the eigenvectors, so
- * that matrix = R(p) diag(values) R(p)^T; 1 where it is diagonal. Jacobi's method (Golub and Van
- * Loan, Matrix Computations, 8.5). */
+ * that matrix = R(p) diag(values) R(p)^T. */
 static void principal_axes(double a[3][3], double values[3], double p[4])
 {
-    static const double identity[4] = {1};
-    memcpy(p, identity, sizeof identity);
-    double size = fabs(a[0][0]) + fabs(a[1][1]) + fabs(a[2][2]);
-    for (int sweep = 0; sweep < 12; sweep++) {
-        for (int axis = 0; axis < 3; axis++) {
-            int i = (axis + 1) % 3, j = (axis + 2) % 3;
-            if (fabs(a[i][j]) <= 1e-17 * size) {
-                continue;
-            }
-            double angle = 0.5 * atan2(2 * a[i][j], a[i][i] - a[j][j]), turn[4] = {0}, next[4];
-            double R[3][3], half[3][3], turned[3][3];
-            turn[0] = cos(angle / 2);
-            turn[1 + axis] = sin(angle / 2);
-            rotation_matrix(turn, R);
-            for (int r = 0; r < 3; r++) { /* R^T a R */
-                to_body(R, a[r], half[r]);
-            }
-            for (int c = 0; c < 3; c++) {
-                const double column[3] = {half[0][c], half[1][c], half[2][c]};
-                double to[3];
-                to_body(R, column, to);
-                for (int r = 0; r < 3; r++) {
-                    turned[r][c] = to[r];
-                }
-            }
-            memcpy(a, turned, sizeof turned);
-            quaternion_product(p, turn, next);
-            memcpy(p, next, sizeof next);
-        }
-    }
+    double axes[3][3], third[3];
+    ad_dense_diagonalize(3, a[0], axes[0]);
+    vector_cross(axes[0], axes[1], third);
     for (int i = 0; i < 3; i++) {
         values[i] = a[i][i];
+        axes[2][i] = third[i]; /* right-handed */
+    }
+    quaternion_of_matrix((const double(*)[3])axes, p);
+    for (int i = 1; i < 4; i++) { /* axes are rows */
+        p[i] = -p[i];
     }
 }
 
