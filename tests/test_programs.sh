@@ -26,8 +26,6 @@ run 3 cpinn-train "$elastica" "${small[@]}" --set losses.interior.points=4 \
 said stdout.txt '^warning \(interpolates\): the network interpolates its points: .* losses.interior.points'
 run 0 cpinn-train "$elastica" "${small[@]}" --set losses.balance=gradient_norm --explain
 said stdout.txt 'weights +balanced: loss terms .* every 100 steps of adam'
-run 0 cpinn-train "$elastica" "${small[@]}" --set losses.self_adaptive.rate=0.01 --explain
-said stdout.txt 'weights +self-adaptive: one for every point'
 rm -r few
 
 before=$(contents a)

@@ -161,8 +161,6 @@ kind quick rest_resampled rest.yaml "${deep[@]}" --set enforcement.boundary=soft
     --set "training.stages=[{optimizer: adam, steps: 5}, {optimizer: lbfgs, steps: 5}]"
 kind long rest_balanced rest.yaml "${deep[@]}" --set losses.balance=gradient_norm \
     --set losses.balance_every=3 --set "$(stages soap)"
-kind long rest_self_adaptive rest.yaml "${deep[@]}" --set losses.self_adaptive.rate=0.01 \
-    --set "$(stages adam)"
 kind long rest_tubes "$ROOT/configs/robots/concentric.yaml" --set reference=null "${small[@]}"
 kind long rest_tendons "$ROOT/configs/robots/tendon_two_segments.yaml" --set reference=null \
     "${deep[@]}" --set "$(stages ssbroyden)"

@@ -8,19 +8,12 @@
  * weighted loss of slice k at the last update. The weights are not differentiated. Until the first
  * update only the first slice counts.
  *
- * Two more kinds of weights multiply those of the settings, if wanted, and are not differentiated
- * either; problem_reweigh moves them:
- *
- * Balanced terms (Wang, Teng, Perdikaris 2021; in the form of Wang, Sankaran, Wang, Perdikaris
- * 2023): b_i = sum_j |g_j| / |g_i|. Here g_i is the gradient of term i times its weight, so that
- * every b_i g_i has the same length whatever the weights of the settings. After the first update b
- * is a moving average, b <- memory b + (1 - memory) b_now. No |g_i| is taken for smaller than 1e-6
- * of the sum.
- *
- * Self-adaptive points (McClenny, Braga-Neto 2023): the points of every set carry weights a_k^2.
- * a_k begins at 1 and climbs along the gradient, here that of log(loss), so that the rate has no
- * unit: a_k <- a_k + rate * 2 a_k l_k / loss. l_k is the loss of point k without a_k^2, and loss =
- * sum over sets of the mean of a_k^2 l_k.
+ * More weights multiply those of the settings, if wanted, and are not differentiated either;
+ * problem_reweigh moves them: balanced terms (Wang, Teng, Perdikaris 2021; in the form of Wang,
+ * Sankaran, Wang, Perdikaris 2023): b_i = sum_j |g_j| / |g_i|. Here g_i is the gradient of term i
+ * times its weight, so that every b_i g_i has the same length whatever the weights of the settings.
+ * After the first update b is a moving average, b <- memory b + (1 - memory) b_now. No |g_i| is
+ * taken for smaller than 1e-6 of the sum.
  *
  * Adaptive points: from time to time the residual |r|, the root of the weighted sum of squares of
  * all terms inside, is taken at candidates, and points move to where it is large. Their number
@@ -96,8 +89,6 @@ typedef struct problem_settings {
     problem_balance balance;
     int balance_every;     /* steps between updates */
     double balance_memory; /* 0 to 1, below 1: what an update keeps of the weights before */
-
-    double self_adaptive_rate; /* 0: no such weights; fixed points, neither causal nor balanced */
 } problem_settings;
 
 problem_settings problem_settings_default(void);
@@ -245,8 +236,8 @@ ad_status problem_held_out(problem *p, const double *x, double *loss, double *te
 ad_status problem_advance(problem *p, int64_t step, const double *x, bool *changed,
                           ad_error *error);
 
-/* New balanced and self-adaptive weights where they are due before step `step` at x, which is where
- * problem_evaluate was called last or a step further. For optimisers that follow the gradient of a
+/* New balanced weights where they are due before step `step` at x, which is where problem_evaluate
+ * was called last or a step further. For optimisers that follow the gradient of a
  * loss that changes. *changed as above. Allocates nothing after the first call. AD_NOT_FINITE when
  * a gradient is not. */
 ad_status problem_reweigh(problem *p, int64_t step, const double *x, bool *changed,
@@ -258,9 +249,6 @@ double problem_causal_least_weight(const problem *p);
 
 /* The balanced weight of a term, by which that of the settings is multiplied; 1 without. */
 double problem_balance_weight(const problem *p, int term);
-
-/* The smallest and the largest self-adaptive weight of a point; both 1 without. */
-void problem_self_adaptive_range(const problem *p, double *least, double *greatest);
 
 /* Where a loss term stops being finite at x; *term = -1 if every term is finite. */
 typedef struct problem_place {

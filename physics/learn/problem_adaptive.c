@@ -16,8 +16,8 @@ const char *problem_adaptive_check(const problem_settings *settings)
         !(a->width > 0 && a->width <= 1)) {
         return "adaptive: power above 0, floor at least 0, width above 0, at most 1";
     }
-    if (a->kind && (settings->interior.resample_every || settings->self_adaptive_rate > 0)) {
-        return "adaptive: none with interior.resample_every or self_adaptive_rate";
+    if (a->kind && settings->interior.resample_every) {
+        return "adaptive: none with interior.resample_every";
     }
     return NULL;
 }

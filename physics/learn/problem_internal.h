@@ -66,9 +66,8 @@ typedef struct problem_set {
     int view_count;
     size_t view_offsets[PROBLEM_VIEWS];
     problem_fixed gradient_fixed, normal_fixed, product_fixed;
-    double *point_weights; /* causal, self-adaptive: [trained] */
+    double *point_weights; /* causal: [trained] */
     double *point_losses;  /* the same, of the last evaluation */
-    double *adaptive;      /* self-adaptive: [trained], the variables behind the weights */
     const double *balance; /* balanced: [term_count] of problem.balance */
     ad_tape_counts counts;
 } problem_set;

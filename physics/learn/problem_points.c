@@ -321,11 +321,10 @@ void problem_set_forget_points(problem_set *set)
     free(set->field_values);
     free(set->point_weights);
     free(set->point_losses);
-    free(set->adaptive);
     problem_set_forget_candidates(set);
     set->trained.x = set->held_out.x = set->trained.data = set->held_out.data = NULL;
     set->field_values = NULL;
-    set->point_weights = set->point_losses = set->adaptive = NULL;
+    set->point_weights = set->point_losses = NULL;
 }
 
 double problem_time_of(const problem *p, const problem_cloud *cloud, size_t point)

@@ -12,7 +12,7 @@ bool problem_set_is_shared(const problem *p, const problem_set *set)
 {
     const problem_settings *s = &p->settings;
     return !p->model->motion && set->about->points != MODEL_GIVEN && set->about->source.rows == 0 &&
-           !s->causal_slices && !s->adaptive.kind && !(s->self_adaptive_rate > 0);
+           !s->causal_slices && !s->adaptive.kind;
 }
 
 /* ---- points that this rank has ------------------------------------------------------------- */

@@ -1,5 +1,5 @@
-/* Weights that follow training: causal by slice of time, balanced by term, self-adaptive by point.
- * The equations stand in problem.h. */
+/* Weights that follow training: causal by slice of time, balanced by term. The equations stand in
+ * problem.h. */
 #include "physics/learn/problem_internal.h"
 
 #include <math.h>
@@ -11,19 +11,6 @@
 static const double least_share = 1e-6;
 
 /* ---- making ---------------------------------------------------------------------------------- */
-
-static const char *adaptive_check(const problem_settings *settings)
-{
-    if (!(settings->self_adaptive_rate >= 0 && isfinite(settings->self_adaptive_rate))) {
-        return "self_adaptive_rate: finite and at least 0";
-    }
-    if (settings->self_adaptive_rate > 0 &&
-        (settings->interior.resample_every || settings->boundary.resample_every ||
-         settings->initial.resample_every || settings->causal_slices || settings->balance)) {
-        return "self_adaptive_rate: 0 with resample_every, causal_slices or balance";
-    }
-    return NULL;
-}
 
 const char *problem_weights_check(const problem_settings *settings, const physics_model *m)
 {
@@ -39,7 +26,7 @@ const char *problem_weights_check(const problem_settings *settings, const physic
         !(settings->balance_memory >= 0 && settings->balance_memory < 1)) {
         return "balance_every: at least 1, balance_memory: 0 to below 1";
     }
-    return adaptive_check(settings);
+    return NULL;
 }
 
 bool problem_weights_create(problem *p)
@@ -76,30 +63,22 @@ void problem_weights_free(problem *p)
 ad_status problem_set_weigh_points(problem *p, problem_set *set, ad_error *error)
 {
     size_t count = set->trained.count;
-    bool adaptive = p->settings.self_adaptive_rate > 0;
     if (p->settings.balance) {
         set->balance = p->balance + set->terms[0];
     }
-    if (!adaptive && !(set->about->points == MODEL_INTERIOR && p->settings.causal_slices)) {
+    if (set->about->points != MODEL_INTERIOR || !p->settings.causal_slices) {
         return AD_OK;
     }
     set->point_weights = calloc(count, sizeof *set->point_weights);
     set->point_losses = calloc(count, sizeof *set->point_losses);
-    if (adaptive) {
-        set->adaptive = malloc(count * sizeof *set->adaptive);
-    }
-    if (!set->point_weights || !set->point_losses || (adaptive && !set->adaptive)) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for the weights of points");
-    }
-    for (size_t i = 0; adaptive && i < count; i++) {
-        set->adaptive[i] = 1;
-    }
-    return AD_OK;
+    return set->point_weights && set->point_losses
+               ? AD_OK
+               : ad_fail(error, AD_NO_MEMORY, "out of memory for the weights of points");
 }
 
 size_t problem_weights_per_point(const problem_set *set)
 {
-    return (set->point_weights != NULL) + (set->point_losses != NULL) + (set->adaptive != NULL);
+    return (set->point_weights != NULL) + (set->point_losses != NULL);
 }
 
 static int slice_at(const problem *p, double t)
@@ -115,9 +94,8 @@ void problem_weights_spread(problem *p)
     for (int k = 0; k < p->set_count; k++) {
         problem_set *set = &p->sets[k];
         for (size_t i = 0; set->point_weights && i < set->trained.count; i++) {
-            set->point_weights[i] =
-                set->adaptive ? set->adaptive[i] * set->adaptive[i]
-                              : p->slice_weights[slice_at(p, problem_time_of(p, &set->trained, i))];
+            const int slice = slice_at(p, problem_time_of(p, &set->trained, i));
+            set->point_weights[i] = p->slice_weights[slice];
         }
     }
 }
@@ -204,68 +182,20 @@ double problem_balance_weight(const problem *p, int term)
     return p->balance[term];
 }
 
-/* ---- self-adaptive --------------------------------------------------------------------------- */
-
-/* One step of ascent from the losses at the points of the last evaluation; false before it. */
-static bool climb(problem *p)
-{
-    double loss = 0;
-    for (int k = 0; k < p->set_count; k++) {
-        const problem_set *set = &p->sets[k];
-        double sum = 0;
-        for (size_t i = 0; i < set->trained.count; i++) {
-            sum += set->adaptive[i] * set->adaptive[i] * set->point_losses[i];
-        }
-        loss += sum / (double)set->trained.count;
-    }
-    if (!(loss > 0)) {
-        return false;
-    }
-    double factor = 2 * p->settings.self_adaptive_rate / loss;
-    for (int k = 0; k < p->set_count; k++) {
-        problem_set *set = &p->sets[k];
-        for (size_t i = 0; i < set->trained.count; i++) {
-            set->adaptive[i] += factor * set->adaptive[i] * set->point_losses[i];
-        }
-    }
-    problem_weights_spread(p);
-    return true;
-}
-
-void problem_self_adaptive_range(const problem *p, double *least, double *greatest)
-{
-    bool adaptive = p->settings.self_adaptive_rate > 0;
-    *least = adaptive ? INFINITY : 1;
-    *greatest = 1; /* none falls */
-    for (int k = 0; adaptive && k < p->set_count; k++) {
-        const problem_set *set = &p->sets[k];
-        for (size_t i = 0; i < set->trained.count; i++) {
-            *least = fmin(*least, set->point_weights[i]);
-            *greatest = fmax(*greatest, set->point_weights[i]);
-        }
-    }
-}
-
 ad_status problem_reweigh(problem *p, int64_t step, const double *x, bool *changed, ad_error *error)
 {
     const problem_settings *settings = &p->settings;
-    *changed = false;
-    if (settings->balance &&
-        (p->balance_updates == 0 || (step - 1) % settings->balance_every == 0)) {
-        *changed = true;
-        return balance(p, x, error);
-    }
-    *changed = settings->self_adaptive_rate > 0 && climb(p);
-    return AD_OK;
+    *changed =
+        settings->balance && (p->balance_updates == 0 || (step - 1) % settings->balance_every == 0);
+    return *changed ? balance(p, x, error) : AD_OK;
 }
 
 /* ---- state ----------------------------------------------------------------------------------- */
 
-static problem_array array_of(const char *group, const char *name, const char *what, double *data,
-                              size_t count)
+static problem_array array_of(const char *name, double *data, size_t count)
 {
     problem_array array = {.data = data, .rows = 1, .columns = count};
-    snprintf(array.name, sizeof array.name, "%s/%s%s", group, name, what);
+    snprintf(array.name, sizeof array.name, "%s", name);
     return array;
 }
 
@@ -275,21 +205,14 @@ int problem_weights_state(problem *p, problem_array *arrays)
     if (p->settings.causal_slices) {
         size_t slices = (size_t)p->settings.causal_slices, points = p->sets[0].trained.count;
         problem_set *set = &p->sets[0];
-        arrays[count++] = array_of("causal", "weights", "", p->slice_weights, slices);
-        arrays[count++] = array_of("causal", "epsilon_index", "", &p->epsilon_index, 1);
-        arrays[count++] = array_of("causal", "point_weights", "", set->point_weights, points);
-        arrays[count++] = array_of("causal", "point_losses", "", set->point_losses, points);
+        arrays[count++] = array_of("causal/weights", p->slice_weights, slices);
+        arrays[count++] = array_of("causal/epsilon_index", &p->epsilon_index, 1);
+        arrays[count++] = array_of("causal/point_weights", set->point_weights, points);
+        arrays[count++] = array_of("causal/point_losses", set->point_losses, points);
     }
     if (p->settings.balance) {
-        arrays[count++] = array_of("balance", "weights", "", p->balance, (size_t)p->term_count);
-        arrays[count++] = array_of("balance", "updates", "", &p->balance_updates, 1);
-    }
-    for (int i = 0; p->settings.self_adaptive_rate > 0 && i < p->set_count; i++) {
-        problem_set *set = &p->sets[i];
-        const char *name = set->about->name;
-        size_t points = set->trained.count;
-        arrays[count++] = array_of("self_adaptive", name, "", set->adaptive, points);
-        arrays[count++] = array_of("self_adaptive", name, "_losses", set->point_losses, points);
+        arrays[count++] = array_of("balance/weights", p->balance, (size_t)p->term_count);
+        arrays[count++] = array_of("balance/updates", &p->balance_updates, 1);
     }
     return count;
 }
@@ -325,18 +248,5 @@ ad_status problem_weights_restored(problem *p, ad_error *error)
         !within(&p->balance_updates, 1, 0, INFINITY)) {
         fault = "a balanced weight or its count lies below 0 or is not finite";
     }
-    for (int i = 0; p->settings.self_adaptive_rate > 0 && i < p->set_count; i++) {
-        const problem_set *set = &p->sets[i];
-        if (!within(set->adaptive, set->trained.count, 1, INFINITY) ||
-            !within(set->point_losses, set->trained.count, 0, INFINITY)) {
-            fault = "a self-adaptive variable lies below 1, or a loss below 0";
-        }
-    }
-    if (fault) {
-        return ad_fail(error, AD_BAD_INPUT, "checkpoint: %s", fault);
-    }
-    if (p->settings.self_adaptive_rate > 0) {
-        problem_weights_spread(p);
-    }
-    return AD_OK;
+    return fault ? ad_fail(error, AD_BAD_INPUT, "checkpoint: %s", fault) : AD_OK;
 }

@@ -529,6 +529,15 @@ static void test_null_sections(void **state)
     config_free(changed);
 }
 
+/* Checkpoints of 0.2.0 have all keys of then, at their defaults. */
+static void test_gone_section(void **state)
+{
+    (void)state;
+    config *old = read_text(BASE "losses: {self_adaptive: {rate: 0}, balance_every: 7}\n", 0, NULL);
+    assert_int_equal(old->settings.losses.balance_every, 7);
+    config_free(old);
+}
+
 static void test_round_trip_of_texts(void **state)
 {
     (void)state;
@@ -755,6 +764,7 @@ int main(void)
         cmocka_unit_test(test_edited_section),
         cmocka_unit_test(test_varying_rest_shape),
         cmocka_unit_test(test_null_sections),
+        cmocka_unit_test(test_gone_section),
         cmocka_unit_test(test_round_trip_of_texts),
         cmocka_unit_test(test_help),
         cmocka_unit_test(test_stated_defaults),

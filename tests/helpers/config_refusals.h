@@ -306,15 +306,12 @@ static const refusal refusals[] = {
      "scene.yaml:4:25: losses.balance_every: is 0, which is out of range; allowed: a whole number "
      "1 "
      "to 1000000000, in steps"},
-    {BASE "losses: {self_adaptive: {rate: -1}}\n", NULL,
-     "scene.yaml:4:32: losses.self_adaptive.rate: is -1, which is out of range; allowed: a finite "
-     "number >= 0"},
-    {BASE "losses: {self_adaptive: 0.1}\n", NULL,
-     "scene.yaml:4:25: losses.self_adaptive: is a single value; allowed: a section with the keys "
-     "rate"},
     {BASE "training: {stages: [{optimizer: adam, stop: {held_out_ratio: -1}}]}\n", NULL,
      "scene.yaml:4:62: training.stages[0].stop.held_out_ratio: is -1, which is out of range; "
      "allowed: a finite number >= 0"},
+    {BASE "losses: {self_adaptive: {rate: 0.1}}\n", NULL,
+     "scene.yaml:4:10: losses.self_adaptive: unknown key; allowed in losses: interior, boundary, initial, "
+     "held_out_points, balance, balance_every, balance_memory, causal"},
     {BASE "losses: {causal: {threshold: 1}}\n", NULL,
      "scene.yaml:4:30: losses.causal.threshold: is 1, which is out of range; allowed: a finite "
      "number > 0 and < 1"},

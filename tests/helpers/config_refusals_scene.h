@@ -304,37 +304,18 @@ static const refusal scene_refusals[] = {
     {BASE "losses: {causal: {slices: 4}}\n", NULL,
      "scene.yaml:4:27: losses.causal.slices: causal weighting follows time, but the scene is "
      "static; give time.duration, or leave it out"},
-    {DYNAMIC "losses: {causal: {slices: 4}, self_adaptive: {rate: 0.1}}\n", NULL,
-     "scene.yaml:6:53: losses.self_adaptive.rate: given beside losses.causal.slices, which moves "
-     "the "
-     "same weights; allowed: one of the two"},
     {BASE "losses: {balance: gradient_norm}\n"
           "training: {stages: [{optimizer: lbfgs}, {optimizer: gauss_newton}]}\n",
      NULL,
      "scene.yaml:4:19: losses.balance: weights are moved in stages of adam, and training.stages "
      "has "
      "none; give one, or leave it out"},
-    {BASE "losses: {self_adaptive: {rate: 0.1}}\n"
-          "training: {stages: [{optimizer: lbfgs}]}\n",
-     NULL,
-     "scene.yaml:4:32: losses.self_adaptive.rate: weights are moved in stages of adam, and "
-     "training.stages has none; give one, or leave it out"},
-    {BASE "losses: {self_adaptive: {rate: 0.1}, interior: {resample_every: 50}}\n", NULL,
-     "scene.yaml:4:65: losses.interior.resample_every: losses.self_adaptive.rate gives every point "
-     "a weight of its own, so points have to stay; allowed beside it: 0"},
-    {BASE "losses: {self_adaptive: {rate: 0.1}, initial: {resample_every: 50}}\n", NULL,
-     "scene.yaml:4:64: losses.initial.resample_every: losses.self_adaptive.rate gives every point "
-     "a weight of its own, so points have to stay; allowed beside it: 0"},
     {DYNAMIC "network: {rotation: six}\n", "time.windows=2",
      "scene.yaml:6:21: network.rotation: six numbers leave the sign of the quaternion open, which "
      "windows of time hand on; allowed with time.windows above 1: quaternion, vector"},
     {BASE "losses: {interior: {resample_every: 50, adaptive: {kind: rad}}}\n", NULL,
      "scene.yaml:4:58: losses.interior.adaptive.kind: given beside losses.interior.resample_every, "
      "for which points have to stay; allowed: one of the two"},
-    {BASE "losses: {self_adaptive: {rate: 0.1}, balance: gradient_norm}\n", NULL,
-     "scene.yaml:4:32: losses.self_adaptive.rate: given beside losses.balance, which moves the "
-     "same "
-     "weights; allowed: one of the two"},
     {BASE "losses: {interior: {points: 1, sampler: chebyshev}}\n", NULL,
      "scene.yaml:4:29: losses.interior.points: 1 points are too few for a tensor grid in 1 "
      "dimensions of that aspect"},

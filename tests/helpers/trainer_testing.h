@@ -44,12 +44,6 @@ static const char *const balanced_changes[] = {STAGES,
                                                "losses.balance=gradient_norm",
                                                "losses.balance_every=4",
                                                NULL};
-static const char *const adaptive_changes[] = {STAGES,
-                                               "output.every=3",
-                                               "enforcement.initial=soft",
-                                               "enforcement.boundary=soft",
-                                               "losses.self_adaptive.rate=0.03",
-                                               NULL};
 
 enum { STEPS_MAX = 80 };
 

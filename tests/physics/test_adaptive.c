@@ -196,10 +196,10 @@ static void test_settings(void **state)
 {
     (void)state;
     experiment *e = make_experiment(DYNAMIC, NULL, 1);
-    problem_settings good = e->settings->losses, bad[8];
+    problem_settings good = e->settings->losses, bad[7];
     good.adaptive.kind = PROBLEM_ADAPTIVE_RAD;
     assert_null(problem_settings_check(&good, e->model));
-    for (int i = 0; i < 8; i++) {
+    for (int i = 0; i < 7; i++) {
         bad[i] = good;
     }
     bad[0].adaptive.kind = PROBLEM_ADAPTIVE_COUNT;
@@ -209,8 +209,7 @@ static void test_settings(void **state)
     bad[4].adaptive.floor = NAN;
     bad[5].adaptive.width = 0;
     bad[6].interior.resample_every = 3;
-    bad[7].self_adaptive_rate = 0.1;
-    for (int i = 0; i < 8; i++) {
+    for (int i = 0; i < 7; i++) {
         assert_non_null(problem_settings_check(&bad[i], e->model));
     }
     experiment_free(e);

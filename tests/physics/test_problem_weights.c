@@ -1,5 +1,4 @@
-/* Weights that follow training: balanced loss terms and self-adaptive points. Causal weights are
- * those of test_problem.c. */
+/* Weights that follow training: balanced loss terms. Causal weights are those of test_problem.c. */
 #include "allocations.h"
 #include "training_testing.h"
 
@@ -10,7 +9,6 @@
 
 #define SOFT        "enforcement={boundary: soft, initial: soft}"
 #define BALANCED    "losses.balance=gradient_norm"
-#define ADAPTIVE    "losses.self_adaptive.rate=0.05"
 #define FEW_OUTSIDE "losses={boundary: {points: 7}, initial: {points: 9}}"
 
 static bool reweigh(const made *m, int64_t step, const double *x)
@@ -175,98 +173,7 @@ static void test_balance_floor(void **state)
     made_free(&m);
 }
 
-/* ---- self-adaptive -----------------------------------------------------------------------------
- */
-
-/* Central difference of log(loss) by the variable of point `i`. */
-static double climb_of(const made *m, problem_set *set, size_t i)
-{
-    const double h = 1e-4;
-    double before = set->adaptive[i], loss[2];
-    for (int k = 0; k < 2; k++) {
-        double a = before + (k ? h : -h);
-        set->point_weights[i] = a * a;
-        loss[k] = loss_at(m, m->e->parameters, NULL);
-    }
-    set->point_weights[i] = before * before;
-    return (log(loss[1]) - log(loss[0])) / (2 * h);
-}
-
-/* One step of ascent moves every variable by rate * points of the set * d log(loss) / d variable,
- * by the formula to rounding and by differences to their h^2. */
-static void test_ascent(void **state)
-{
-    (void)state;
-    const char *const changes[] = {ADAPTIVE, SOFT, FEW_OUTSIDE, "losses.interior.points=24", NULL};
-    made m = make_problem(DYNAMIC, changes, 1);
-    double slopes[4][24], old[4][24];
-    assert_false(reweigh(&m, 1, m.e->parameters)); /* nothing has been evaluated */
-    for (int step = 2; step < 5; step++) {
-        for (int k = 0; k < m.p->set_count; k++) {
-            problem_set *set = &m.p->sets[k];
-            assert_true(set->trained.count <= 24);
-            for (size_t i = 0; i < set->trained.count; i++) {
-                old[k][i] = set->adaptive[i];
-                slopes[k][i] = climb_of(&m, set, i);
-            }
-        }
-        double loss = loss_at(&m, m.e->parameters, NULL);
-        assert_true(reweigh(&m, step, m.e->parameters));
-        for (int k = 0; k < m.p->set_count; k++) {
-            problem_set *set = &m.p->sets[k];
-            for (size_t i = 0; i < set->trained.count; i++) {
-                double a = set->adaptive[i], rise = a - old[k][i];
-                double formula = 0.05 * 2 * old[k][i] * set->point_losses[i] / loss;
-                double slope = 0.05 * (double)set->trained.count * slopes[k][i];
-                assert_true(rise >= 0 && set->point_weights[i] == a * a);
-                assert_true(fabs(rise - formula) <= 1e-12 * (formula + a));
-                assert_true(fabs(rise - slope) <= 1e-5 * (slope + 1));
-            }
-        }
-    }
-    double least, greatest;
-    problem_self_adaptive_range(m.p, &least, &greatest);
-    assert_true(least > 1 && greatest > 1.5 * least);
-    made_free(&m);
-}
-
-/* The loss is the mean of the weighted losses of points; the normal equations agree. */
-static void test_adaptive_loss(void **state)
-{
-    (void)state;
-    const char *const changes[] = {ADAPTIVE, SOFT, FEW_OUTSIDE, NULL};
-    made m = make_problem(DYNAMIC, changes, 1);
-    size_t count = problem_parameters(m.p);
-    double *x = m.e->parameters, *gradient = numbers(count), *jtj = numbers(count * count);
-    double *jtr = numbers(count), value, sum = 0, held_out, again;
-    assert_int_equal(problem_held_out(m.p, x, &held_out, NULL, NULL), AD_OK);
-    double plain = loss_at(&m, x, NULL);
-    for (int step = 2; step < 9; step++) {
-        reweigh(&m, step, x);
-    }
-    double loss = loss_at(&m, x, gradient), length = length_of(gradient, count);
-    assert_true(loss > 1.2 * plain);
-    for (int k = 0; k < m.p->set_count; k++) {
-        const problem_set *set = &m.p->sets[k];
-        for (size_t i = 0; i < set->trained.count; i++) {
-            sum += set->point_weights[i] * set->point_losses[i] / (double)set->trained.count;
-        }
-    }
-    assert_true(fabs(sum - loss) <= 1e-12 * loss);
-    assert_int_equal(problem_normal_equations(m.p, x, &value, jtj, jtr, NULL), AD_OK);
-    assert_true(fabs(value - loss) <= 1e-12 * loss);
-    for (size_t i = 0; i < count; i++) {
-        assert_true(fabs(2 * jtr[i] - gradient[i]) <= 1e-11 * length);
-    }
-    assert_int_equal(problem_held_out(m.p, x, &again, NULL, NULL), AD_OK);
-    assert_true(again == held_out);
-    free(gradient);
-    free(jtj);
-    free(jtr);
-    made_free(&m);
-}
-
-/* ---- both --------------------------------------------------------------------------------------
+/* ---- without, memory, states and settings -------------------------------------------------------
  */
 
 /* Who does not ask gets no weights, no memory for them and no program. */
@@ -278,7 +185,6 @@ static void test_not_asked_for(void **state)
     problem_array arrays[PROBLEM_STATE_MAX];
     problem_generator generators[PROBLEM_STATE_MAX];
     int generator_count;
-    double least, greatest;
     loss_at(&m, m.e->parameters, NULL);
     for (int step = 1; step < 4; step++) {
         assert_false(reweigh(&m, step, m.e->parameters));
@@ -286,22 +192,20 @@ static void test_not_asked_for(void **state)
     for (int k = 0; k < m.p->set_count; k++) {
         const problem_set *set = &m.p->sets[k];
         assert_null(set->balance);
-        assert_true(!set->adaptive && !set->point_weights && !set->point_losses);
+        assert_true(!set->point_weights && !set->point_losses);
         assert_null(set->share_gradient[0]);
     }
     assert_int_equal(problem_state(m.p, arrays, generators, &generator_count), m.p->set_count);
-    problem_self_adaptive_range(m.p, &least, &greatest);
-    assert_true(least == 1 && greatest == 1 && problem_balance_weight(m.p, 0) == 1);
+    assert_true(problem_balance_weight(m.p, 0) == 1);
     made_free(&m);
 }
 
 static void test_allocates_nothing(void **state)
 {
     (void)state;
-    const char *const kinds[] = {BALANCED, ADAPTIVE};
-    for (int k = 0; k < 4; k++) {
-        const char *const changes[] = {kinds[k / 2], SOFT, NULL};
-        made m = make_problem(DYNAMIC, changes, 1 + k % 2);
+    for (int k = 0; k < 2; k++) {
+        const char *const changes[] = {BALANCED, SOFT, NULL};
+        made m = make_problem(DYNAMIC, changes, 1 + k);
         double *gradient = numbers(problem_parameters(m.p));
         loss_at(&m, m.e->parameters, gradient);
         reweigh(&m, 1, m.e->parameters);
@@ -322,20 +226,15 @@ static void test_bad_state(void **state)
 {
     (void)state;
     static const struct {
-        const char *kind, *name;
+        const char *name;
         double value;
-    } bad[] = {{BALANCED, "balance/weights", -1},
-               {BALANCED, "balance/weights", NAN},
-               {BALANCED, "balance/weights", INFINITY},
-               {BALANCED, "balance/updates", -1},
-               {BALANCED, "balance/updates", NAN},
-               {ADAPTIVE, "self_adaptive/interior", 0.9},
-               {ADAPTIVE, "self_adaptive/initial", NAN},
-               {ADAPTIVE, "self_adaptive/end", INFINITY},
-               {ADAPTIVE, "self_adaptive/start_losses", -1},
-               {ADAPTIVE, "self_adaptive/interior_losses", NAN}};
+    } bad[] = {{"balance/weights", -1},
+               {"balance/weights", NAN},
+               {"balance/weights", INFINITY},
+               {"balance/updates", -1},
+               {"balance/updates", NAN}};
     for (size_t k = 0; k < sizeof bad / sizeof *bad; k++) {
-        const char *const changes[] = {bad[k].kind, SOFT, NULL};
+        const char *const changes[] = {BALANCED, SOFT, NULL};
         made m = make_problem(DYNAMIC, changes, 1);
         problem_array arrays[PROBLEM_STATE_MAX];
         problem_generator generators[PROBLEM_STATE_MAX];
@@ -364,22 +263,12 @@ static void test_settings(void **state)
     experiment *e = make_experiment(DYNAMIC, NULL, 1);
     const physics_model *m = e->model;
     const problem_settings good = e->settings->losses;
-    problem_settings bad[9];
-    for (int i = 0; i < 9; i++) {
-        bad[i] = good;
-        bad[i].self_adaptive_rate = i < 4 ? 0.1 : 0;
-    }
-    assert_null(problem_settings_check(&bad[0], m));
-    bad[0].interior.resample_every = 5;
-    bad[1].initial.resample_every = 5;
-    bad[2].causal_slices = 3;
-    bad[3].balance = PROBLEM_BALANCE_GRADIENT_NORM;
-    bad[4].self_adaptive_rate = -1;
-    bad[5].self_adaptive_rate = NAN;
-    bad[6].balance_every = 0;
-    bad[7].balance_memory = 1;
-    bad[8].balance_memory = -0.1;
-    for (int i = 0; i < 9; i++) {
+    problem_settings bad[3] = {good, good, good};
+    assert_null(problem_settings_check(&good, m));
+    bad[0].balance_every = 0;
+    bad[1].balance_memory = 1;
+    bad[2].balance_memory = -0.1;
+    for (int i = 0; i < 3; i++) {
         assert_non_null(problem_settings_check(&bad[i], m));
     }
     experiment_free(e);
@@ -390,7 +279,6 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_balance),        cmocka_unit_test(test_balanced_loss),
         cmocka_unit_test(test_balance_causal), cmocka_unit_test(test_balance_floor),
-        cmocka_unit_test(test_ascent),         cmocka_unit_test(test_adaptive_loss),
         cmocka_unit_test(test_not_asked_for),  cmocka_unit_test(test_allocates_nothing),
         cmocka_unit_test(test_bad_state),      cmocka_unit_test(test_settings),
     };

@@ -105,40 +105,27 @@ static void test_resume_balanced(void **state)
     check_resume(DYNAMIC, balanced_changes, FARTHER(5));
 }
 
-static void test_resume_self_adaptive(void **state)
-{
-    (void)state;
-    check_resume(DYNAMIC, adaptive_changes, FARTHER(5));
-}
-
 /* Weights begin anew in every window of time. */
 static void test_resume_windows(void **state)
 {
     (void)state;
-    const char *const weights[] = {"losses.balance=gradient_norm",
-                                   "losses.self_adaptive.rate=0.03"};
-    for (int k = 0; k < FEWER(2); k++) {
-        const char *const changes[] = {"training.stages=[{optimizer: adam, steps: 17}, "
-                                       "{optimizer: lbfgs, steps: 14, memory: 6}]",
-                                       "time.windows=2",
-                                       "output.every=3",
-                                       "enforcement.boundary=soft",
-                                       "losses.balance_every=4",
-                                       weights[k],
-                                       NULL};
-        check_resume(DYNAMIC, changes, FARTHER(5));
-        run r = start(DYNAMIC, changes, 1);
-        while (trainer_fit(r.trainer)->at.window == 0) {
-            step(&r);
-        }
-        double least, greatest;
-        problem_self_adaptive_range(r.made.p, &least, &greatest);
-        assert_true(least == 1 && greatest == 1);
-        assert_true(problem_balance_weight(r.made.p, 0) == 1);
+    const char *const changes[] = {"training.stages=[{optimizer: adam, steps: 17}, "
+                                   "{optimizer: lbfgs, steps: 14, memory: 6}]",
+                                   "time.windows=2",
+                                   "output.every=3",
+                                   "enforcement.boundary=soft",
+                                   "losses.balance_every=4",
+                                   "losses.balance=gradient_norm",
+                                   NULL};
+    check_resume(DYNAMIC, changes, FARTHER(5));
+    run r = start(DYNAMIC, changes, 1);
+    while (trainer_fit(r.trainer)->at.window == 0) {
         step(&r);
-        assert_true(k == 1 || problem_balance_weight(r.made.p, 0) > 1);
-        stop(&r);
     }
+    assert_true(problem_balance_weight(r.made.p, 0) == 1);
+    step(&r);
+    assert_true(problem_balance_weight(r.made.p, 0) > 1);
+    stop(&r);
 }
 
 /* A finished run stays finished, with its parameters. */
@@ -249,11 +236,6 @@ static void test_weights_in_history(void **state)
         const history *h = &trainer_fit(r.trainer)->rows;
         assert_true(history_value(h, h->count - 1, column) == problem_balance_weight(r.made.p, k));
     }
-    stop(&r);
-    r = start(DYNAMIC, adaptive_changes, 1);
-    finish(&r);
-    check_moved(&r, "self_adaptive_least_weight", 1);
-    check_moved(&r, "self_adaptive_greatest_weight", 1.5);
     stop(&r);
 }
 
@@ -428,10 +410,9 @@ static void test_not_finite(void **state)
 static void test_steps_allocate_nothing(void **state)
 {
     (void)state;
-    const char *const paths[] = {ELASTICA, DYNAMIC, DYNAMIC, DYNAMIC};
-    const char *const *const changes[] = {static_changes, moving_changes, balanced_changes,
-                                          adaptive_changes};
-    for (int k = 0; k < 8; k++) {
+    const char *const paths[] = {ELASTICA, DYNAMIC, DYNAMIC};
+    const char *const *const changes[] = {static_changes, moving_changes, balanced_changes};
+    for (int k = 0; k < 6; k++) {
         run r = start(paths[k / 2], changes[k / 2], 1 + k % 2);
         assert_true(allocations > 100); /* the hook is linked in */
         step(&r);
@@ -478,11 +459,10 @@ static void test_rows_between(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_resume_self_adaptive),   cmocka_unit_test(test_resume_windows),
-        cmocka_unit_test(test_resume_finished),        cmocka_unit_test(test_history),
-        cmocka_unit_test(test_rows_between),           cmocka_unit_test(test_endings),
-        cmocka_unit_test(test_best_goes_on),           cmocka_unit_test(test_not_finite),
-        cmocka_unit_test(test_steps_allocate_nothing),
+        cmocka_unit_test(test_resume_windows), cmocka_unit_test(test_resume_finished),
+        cmocka_unit_test(test_history),        cmocka_unit_test(test_rows_between),
+        cmocka_unit_test(test_endings),        cmocka_unit_test(test_best_goes_on),
+        cmocka_unit_test(test_not_finite),     cmocka_unit_test(test_steps_allocate_nothing),
     };
     const struct CMUnitTest alike[] = {
         cmocka_unit_test(test_resume_static),

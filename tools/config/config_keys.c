@@ -261,8 +261,6 @@ const config_key config_keys[] = {
      BETWEEN(1, 1e9)},
     {"losses.balance_memory", CONFIG_NUMBER, AT(settings.losses.balance_memory), BETWEEN(0, 1),
      .flags = CONFIG_HIGH_OPEN},
-    {"losses.self_adaptive.rate", CONFIG_NUMBER, AT(settings.losses.self_adaptive_rate),
-     NOT_NEGATIVE},
     {"losses.causal.slices", CONFIG_INTEGER, AT(settings.losses.causal_slices), BETWEEN(0, 10000)},
     {"losses.causal.epsilon", CONFIG_NUMBER, ENTRIES(1, PROBLEM_EPSILONS_MAX),
      AT(settings.losses.causal_epsilon),

@@ -83,6 +83,18 @@ static ad_status unknown_key(config_reader *reader, const yaml_node_t *node, con
     return blame_at(reader, node, path, text);
 }
 
+/* A section that is gone, as checkpoints of 0.2.0 have it where it was not asked for. */
+static bool is_gone(const config_reader *reader, const char *path, const yaml_node_t *value)
+{
+    bool gone = strcmp(path, "losses.self_adaptive") == 0 && value->type == YAML_MAPPING_NODE;
+    const yaml_node_pair_t *pair = gone ? value->data.mapping.pairs.start : NULL;
+    for (; gone && pair < value->data.mapping.pairs.top; pair++) {
+        const yaml_node_t *rate = yaml_document_get_node(reader->document, pair->value);
+        gone = rate->type == YAML_SCALAR_NODE && strcmp(scalar(rate), "0") == 0;
+    }
+    return gone;
+}
+
 /* ---- collecting the entries of a section --------------------------------------------------- */
 
 static int find_name(const section *into, const char *name, int from)
@@ -111,6 +123,9 @@ static ad_status take_entry(config_reader *reader, section *into, int from, bool
         return blame_at(reader, key, into->path, "a key here is not a word; allowed: key: value");
     }
     child_path(into->path, scalar(key), path);
+    if (is_gone(reader, path, value)) {
+        return AD_OK;
+    }
     if (!is_known(path) || strpbrk(scalar(key), ".[]")) {
         return unknown_key(reader, key, path);
     }

@@ -43,8 +43,7 @@ static bool takes_modes(const config *config)
     bool takes = are_short && scene_is_dynamic(&config->scene) &&
                  settings->network.hidden_count <= 0 && losses->causal_slices == 0 &&
                  losses->adaptive.kind == PROBLEM_ADAPTIVE_NONE &&
-                 losses->balance == PROBLEM_BALANCE_NONE && losses->self_adaptive_rate == 0 &&
-                 losses->interior.resample_every == 0 &&
+                 losses->balance == PROBLEM_BALANCE_NONE && losses->interior.resample_every == 0 &&
                  support_check(&config->scene, SUPPORT_STRAIN_MOTION, NULL, &unused) == AD_OK;
     for (int i = 0; i < settings->stage_count; i++) {
         const train_stage *stage = &settings->stages[i];

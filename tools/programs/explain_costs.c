@@ -159,10 +159,6 @@ static void print_weights(FILE *file, const problem_settings *losses)
                 "adam\n",
                 "weights", losses->balance_every);
     }
-    if (losses->self_adaptive_rate > 0) {
-        fprintf(file, "  %-15s self-adaptive: one for every point, climbing in stages of adam\n",
-                "weights");
-    }
 }
 
 static void print_plan(FILE *file, const experiment *e, problem *p, const reference *r)

@@ -13,7 +13,7 @@
  *   optimizer/...              state of the optimiser at work, optim.h
  *   points/...                 uint64 [5]: the state of the generator before it drew the points of
  * a set, and their number; or, where they have moved, [coordinates, points] data/... of points,
- * [rows, points], problem.h causal/..., balance/..., self_adaptive/...  weights that follow
+ * [rows, points], problem.h causal/..., balance/...  weights that follow
  * training, where there are any generators/...             uint64 [4] states of the random
  * generators training/...               stage, step, seconds: tools/train/trainer.h history/table
  * rows of history.csv, with its columns */

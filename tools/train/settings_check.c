@@ -45,40 +45,18 @@ static bool has_weight(const train_settings *settings, const scene *rod_scene)
 static ad_status check_weights(const train_settings *settings, char *key, ad_error *error)
 {
     const problem_settings *losses = &settings->losses;
-    const char *moving = losses->balance ? "losses.balance" : "losses.self_adaptive.rate";
-    bool adaptive = losses->self_adaptive_rate > 0, moved = false;
-    const struct {
-        const char *key;
-        int steps;
-    } fresh[] = {{"losses.interior.resample_every", losses->interior.resample_every},
-                 {"losses.boundary.resample_every", losses->boundary.resample_every},
-                 {"losses.initial.resample_every", losses->initial.resample_every}};
-    for (int i = 0; adaptive && i < 3; i++) {
-        if (fresh[i].steps > 0) {
-            return train_refuse(key, fresh[i].key, error,
-                                "losses.self_adaptive.rate gives every point a weight of its own, "
-                                "so points have to stay; allowed beside it: 0");
-        }
-    }
-    if (adaptive && (losses->balance || losses->causal_slices)) {
-        return train_refuse(key, "losses.self_adaptive.rate", error,
-                            "given beside %s, which moves the same weights; allowed: one of the "
-                            "two",
-                            losses->balance ? "losses.balance" : "losses.causal.slices");
-    }
-    if (losses->adaptive.kind && (adaptive || losses->interior.resample_every > 0)) {
+    bool moved = false;
+    if (losses->adaptive.kind && losses->interior.resample_every > 0) {
         return train_refuse(key, "losses.interior.adaptive.kind", error,
-                            "given beside %s, for which points have to stay; allowed: one of the "
-                            "two",
-                            adaptive ? "losses.self_adaptive.rate"
-                                     : "losses.interior.resample_every");
+                            "given beside losses.interior.resample_every, for which points have to "
+                            "stay; allowed: one of the two");
     }
     for (int i = 0; i < settings->stage_count; i++) {
         moved =
             moved || optim_method_needs(settings->stages[i].optim.method) == OPTIM_NEEDS_GRADIENTS;
     }
-    if (!moved && (adaptive || losses->balance)) {
-        return train_refuse(key, moving, error,
+    if (!moved && losses->balance) {
+        return train_refuse(key, "losses.balance", error,
                             "weights are moved in stages of adam, and training.stages has none; "
                             "give one, or leave it out");
     }

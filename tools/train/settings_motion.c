@@ -36,7 +36,6 @@ static ad_status check_given(const train_settings *settings, const scene *motion
                   {losses->causal_slices > 0, "losses.causal.slices"},
                   {losses->adaptive.kind != PROBLEM_ADAPTIVE_NONE, "losses.adaptive.kind"},
                   {losses->balance != PROBLEM_BALANCE_NONE, "losses.balance.kind"},
-                  {losses->self_adaptive_rate > 0, "losses.self_adaptive.rate"},
                   {settings->members > 0, "members.solved"},
                   {settings->members_file != NULL, "members.file"}};
     for (size_t i = 0; i < sizeof others / sizeof *others; i++) {

@@ -78,12 +78,6 @@ static void fill_row(trainer *t, double row[HISTORY_COLUMNS_MAX])
                  problem_term_name(p, i));
         put(h, row, t->balance_names[i], problem_balance_weight(p, i));
     }
-    if (losses->self_adaptive_rate > 0) {
-        double least, greatest;
-        problem_self_adaptive_range(p, &least, &greatest);
-        put(h, row, "self_adaptive_least_weight", least);
-        put(h, row, "self_adaptive_greatest_weight", greatest);
-    }
 }
 
 /* ---- making -------------------------------------------------------------------------------- */
@@ -98,7 +92,7 @@ static bool fixed_loss(const train_settings *settings)
     }
     return losses->causal_slices == 0 && losses->interior.resample_every == 0 &&
            losses->boundary.resample_every == 0 && losses->initial.resample_every == 0 &&
-           !losses->adaptive.kind && !losses->balance && !(losses->self_adaptive_rate > 0);
+           !losses->adaptive.kind && !losses->balance;
 }
 
 static const train_stage *stage_of(const trainer *t)
