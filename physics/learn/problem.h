@@ -9,11 +9,13 @@
  * update only the first slice counts.
  *
  * More weights multiply those of the settings, if wanted, and are not differentiated either;
- * problem_reweigh moves them: balanced terms (Wang, Teng, Perdikaris 2021; in the form of Wang,
- * Sankaran, Wang, Perdikaris 2023): b_i = sum_j |g_j| / |g_i|. Here g_i is the gradient of term i
- * times its weight, so that every b_i g_i has the same length whatever the weights of the settings.
- * After the first update b is a moving average, b <- memory b + (1 - memory) b_now. No |g_i| is
- * taken for smaller than 1e-6 of the sum.
+ * problem_reweigh moves them.
+ *
+ * Balanced terms (Wang, Teng, Perdikaris 2021; in the form of Wang, Sankaran, Wang, Perdikaris
+ * 2023): b_i = sum_j |g_j| / |g_i|. Here g_i is the gradient of term i times its weight, so that
+ * every b_i g_i has the same length whatever the weights of the settings. After the first update b
+ * is a moving average, b <- memory b + (1 - memory) b_now. No |g_i| is taken for smaller than 1e-6
+ * of the sum.
  *
  * Adaptive points: from time to time the residual |r|, the root of the weighted sum of squares of
  * all terms inside, is taken at candidates, and points move to where it is large. Their number

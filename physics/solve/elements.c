@@ -225,24 +225,32 @@ static void add_inner(const solve_elements *mesh, int e, int from, int to, doubl
 static void solve_inner(const solve_elements *mesh, int e, size_t count, double *inner)
 {
     const size_t n = elements_inner(mesh);
+    const double *factor = mesh->factor + (size_t)e * n * n;
+    const int *pivots = mesh->pivots + (size_t)e * n;
     int row[ELEMENTS_ROWS_MAX];
     const int rows = rows_of(mesh, e, COUPLED, row);
-    const size_t size = (size_t)(mesh->stages * rows);
+    if (rows == mesh->rows) {
+        ad_dense_lu_solve(n, count, factor, pivots, inner);
+        return;
+    }
     double *to = mesh->packed;
     for (size_t k = 0; k < count; k++) {
         add_inner(mesh, e, GIVEN, COUPLED, inner + k * n);
-        for (size_t i = 0; i < size; i++) {
-            *to++ = inner[k * n + i / (size_t)rows * (size_t)mesh->rows + (size_t)row[i % rows]];
+        for (int i = 0; i < mesh->stages; i++) {
+            for (int r = 0; r < rows; r++) {
+                *to++ = inner[k * n + (size_t)(i * mesh->rows + row[r])];
+            }
         }
     }
-    if (size > 0) {
-        ad_dense_lu_solve(size, count, mesh->factor + (size_t)e * n * n,
-                          mesh->pivots + (size_t)e * n, mesh->packed);
+    if (rows > 0) {
+        ad_dense_lu_solve((size_t)(mesh->stages * rows), count, factor, pivots, mesh->packed);
     }
     const double *from = mesh->packed;
     for (size_t k = 0; k < count; k++) {
-        for (size_t i = 0; i < size; i++) {
-            inner[k * n + i / (size_t)rows * (size_t)mesh->rows + (size_t)row[i % rows]] = *from++;
+        for (int i = 0; i < mesh->stages; i++) {
+            for (int r = 0; r < rows; r++) {
+                inner[k * n + (size_t)(i * mesh->rows + row[r])] = *from++;
+            }
         }
         add_inner(mesh, e, GIVEN, FOLLOWS, inner + k * n);
         add_inner(mesh, e, COUPLED, FOLLOWS, inner + k * n);
