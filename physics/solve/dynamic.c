@@ -276,10 +276,7 @@ static ad_status refine_time(refined *at, double tolerance, solve_report *report
     return status;
 }
 
-/* The error that the last of `count` distances between meshes leaves, by that distance. Those of a
- * motion with waves that no mesh resolves fall slowly, and what is yet to come adds up to
- * distance (ratio + ratio^2 + ...), if the solutions approach the limit from one side. */
-static double left_over(int count, const double *distance)
+double motion_left_over(int count, const double *distance)
 {
     const double largest = 0.8; /* ratio: distances of rough motions scatter */
     if (count < 2) {
@@ -366,8 +363,8 @@ static ad_status refine_mesh(refined *at, double tolerance, motion_apart by_time
         most[i] = at->distance.most;
         bool waves = i > 0 && at->by.is_composed;
         double share = waves ? left_over_at_right_angles(at) : INFINITY;
-        estimate.l2 = at->distance.l2 * fmin(share, left_over(i + 1, l2));
-        estimate.most = at->distance.most * fmin(share, left_over(i + 1, most));
+        estimate.l2 = at->distance.l2 * fmin(share, motion_left_over(i + 1, l2));
+        estimate.most = at->distance.most * fmin(share, motion_left_over(i + 1, most));
         is_met = i == 0 ? is_within(estimate, of_first * tolerance)
                         : is_within(sum_of(by_time, estimate), tolerance);
     }

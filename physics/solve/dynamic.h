@@ -39,6 +39,12 @@ typedef struct motion_apart {
 enum { MOTION_COMPARED = 33 };
 motion_apart motion_compare(size_t count, const solve_state *state, const solve_state *y);
 
+/* The error that the last of `count` distances between solutions, each finer than the one before,
+ * leaves, by that distance. Those of a motion with waves that no mesh resolves fall slowly, and
+ * what is yet to come adds up to distance (ratio + ratio^2 + ...), if the solutions approach the
+ * limit from one side. */
+double motion_left_over(int count, const double *distance);
+
 /* [count] */
 const solve_energy *dynamic_energies(const dynamic_solution *solution);
 

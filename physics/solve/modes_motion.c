@@ -272,15 +272,6 @@ static void take_report(const refined *at, solve_report *report)
     memcpy(report->modes, solution->m->counts.of, sizeof report->modes);
 }
 
-/* The error that the distance to the solution before leaves: more than 1 where distances fall
- * slowly. */
-static double left_over(double before, double distance)
-{
-    const double largest = 0.8;
-    const double ratio = fmin(largest, distance / before);
-    return fmax(1, ratio / (1 - ratio));
-}
-
 static ad_status refine(refined *at, const solve_settings *settings, solve_report *report,
                         ad_error *error)
 {
@@ -289,7 +280,7 @@ static ad_status refine(refined *at, const solve_settings *settings, solve_repor
     const bool is_given = given[0] + given[1] + given[2] + given[3] > 0;
     modes_counts counts = is_given ? modes_counts_of(given[0], given[1], given[2], given[3])
                                    : modes_counts_of(3, 2, 2, 2);
-    double distance = INFINITY; /* of the last two */
+    double distance[2] = {INFINITY, INFINITY}; /* of the last two, and of those before */
     double tolerance = (is_given ? 1 : 10) * settings->tolerance;
     ad_status status = AD_OK;
     for (int i = 0; i < SOLUTIONS_MAX && status == AD_OK; i++) {
@@ -302,8 +293,9 @@ static ad_status refine(refined *at, const solve_settings *settings, solve_repor
         if (i > 0) {
             const motion_apart apart =
                 motion_compare(at->best->times.fixed, at->seen[0], at->seen[1]);
-            const double left = left_over(distance, apart.l2);
-            distance = apart.l2;
+            distance[0] = distance[1];
+            distance[1] = apart.l2;
+            const double left = motion_left_over(2, distance);
             report->estimate_l2 = left * apart.l2;
             report->estimate = left * apart.most;
             if (report->estimate_l2 <= settings->tolerance &&

@@ -7,8 +7,7 @@
 #include "physics/solve/static_system.h"
 
 /* How equilibria of given tensions are found: solve makes y [unknowns] one and leaves the
- * derivatives factored; step writes to `moved` where one Newton step with them leads, or all that
- * are needed. */
+ * derivatives factored; step writes to `moved` where one Newton step with them leads. */
 typedef struct static_tension_newton {
     bool (*solve)(void *context, double *y, long *steps);
     void (*step)(void *context, const double *y, double *moved);
