@@ -55,8 +55,8 @@ EXPORTED("axes") double *axes_of(void)
     return axes[0];
 }
 
-/* From the parameters on, within the box, towards those whose tip is at the place or nearest, by what
- * is seen of it along so many axes; how far that is, m. */
+/* From the parameters on, within the box, towards those whose tip is at the place or nearest, by
+ * what is seen of it along so many axes; how far that is, m. */
 EXPORTED("reach") double reach(int images, int steps, int most)
 {
     optim_seek seek;
@@ -64,7 +64,8 @@ EXPORTED("reach") double reach(int images, int steps, int most)
     for (int k = 0; k < images; k++) {
         wanted[k] = axes[k][0] * place[0] + axes[k][1] * place[1] + axes[k][2] * place[2];
     }
-    optim_seek_start(&seek, model_PARAMETERS, box, box + model_PARAMETERS, images, wanted, parameters);
+    optim_seek_start(&seek, model_PARAMETERS, box, box + model_PARAMETERS, images, wanted,
+                     parameters);
     for (int i = 0; i < most && !optim_seek_is_over(&seek, REACHED); i++) {
         double tip[model_COLUMNS], tip_by[model_COLUMNS][model_PARAMETERS];
         double image[3], by[3 * model_PARAMETERS];

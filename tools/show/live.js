@@ -96,15 +96,15 @@ class Live {
     }
 
     /* Brings the tip nearer to a place along two or three axes across each other, by the parameters
-     * that move, exact derivatives and a dozen steps at most; how far it is from there, m, infinite
-     * from an answer without trust. */
+     * that move, exact derivatives and as many steps as cpinn_reach takes from a start; how far it is
+     * from there, m, infinite from an answer without trust. */
     reach(place, axes, moves) {
         const ends = name => this.data.parameters.map((p, k) => (moves[k] ? p[name] : this.values[k]));
         this.place.set(place);
         this.axes.set(axes.flat());
         this.box.set([...ends("low"), ...ends("high")]);
         this.parameters.set(this.values);
-        const distance = this.module.reach(axes.length, this.steps, 12);
+        const distance = this.module.reach(axes.length, this.steps, 30);
         this.values = Array.from(this.parameters);
         return distance;
     }
