@@ -12,13 +12,14 @@
  *                  1991): 1 where all directions are alike, 0 where one of them is lost. */
 #include "tools/programs/show_source.h"
 
+#include "autodiff/dense.h"
 #include "tools/library/trained_family.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { MEMBERS = 2000, BATCH = 50, SWEEPS = 30, U = 10 };
+enum { MEMBERS = 2000, BATCH = 50, U = 10 };
 
 #define LEAST_DIRECTION 1e-2
 
@@ -87,37 +88,20 @@ static ad_status prepare(workspace *w, ad_error *error)
     return AD_OK;
 }
 
-/* Singular values of a [3][count], the largest first: its rows are turned until they are across
- * each other (Hestenes, SIAM J. 6, 1958). */
+/* Singular values of a [3][count], the largest first: roots of the eigenvalues of a a', so that
+ * those below 1e-8 of the largest are noise. */
 static void find_singular(size_t count, double a[3][SCENE_PARAMETERS_MAX], double to[3])
 {
-    for (int sweep = 0; sweep < SWEEPS; sweep++) {
-        for (int pair = 0; pair < 3; pair++) {
-            double *p = a[pair == 2], *q = a[pair == 0 ? 1 : 2], pp = 0, pq = 0, qq = 0;
-            for (size_t k = 0; k < count; k++) {
-                pp += p[k] * p[k];
-                pq += p[k] * q[k];
-                qq += q[k] * q[k];
-            }
-            if (fabs(pq) <= 1e-16 * sqrt(pp * qq)) {
-                continue;
-            }
-            const double ratio = (qq - pp) / (2 * pq);
-            const double t = copysign(1, ratio) / (fabs(ratio) + hypot(1, ratio));
-            const double c = 1 / hypot(1, t), s = c * t;
-            for (size_t k = 0; k < count; k++) {
-                const double before = p[k];
-                p[k] = c * before - s * q[k];
-                q[k] = s * before + c * q[k];
-            }
+    double square[9] = {0}, axes[9];
+    for (size_t i = 0; i < 9; i++) {
+        for (size_t k = 0; k < count; k++) {
+            square[i] += a[i / 3][k] * a[i % 3][k];
         }
     }
+    ad_dense_diagonalize(3, square, axes);
     for (int i = 0; i < 3; i++) {
-        double size = 0;
+        const double size = sqrt(fmax(0, square[4 * i]));
         int at = i;
-        for (size_t k = 0; k < count; k++) {
-            size = hypot(size, a[i][k]);
-        }
         for (; at > 0 && to[at - 1] < size; at--) {
             to[at] = to[at - 1];
         }
