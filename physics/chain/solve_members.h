@@ -118,10 +118,11 @@ ad_status solve_members_curvature(solve_members *solver, size_t members, const d
                                   ad_error *error);
 
 /* jacobian [members][points][SOLVE_MEMBERS_COLUMNS][parameter_count], the derivatives of the values
- * by the parameters at equilibria of this curvature, in SI units: exact ones of what
- * solve_members_refine makes of it, by the implicit function theorem. Not numbers where the
- * curvature is none, or where an equilibrium is at a fold. All of it by this process, also where
- * there are ranks. The first call records and compiles. AD_NO_MEMORY; errors of formulas. */
+ * by the parameters at equilibria of this curvature, in SI units. They are those of what
+ * solve_members_refine makes of it, by the implicit function theorem, to some 1e-8 of them where
+ * the mesh resolves it. Not numbers where the curvature is none, or where an equilibrium is at a
+ * fold. All of it by this process, also where there are ranks. The first call records and compiles.
+ * AD_NO_MEMORY; errors of formulas. */
 ad_status solve_members_jacobian(solve_members *solver, size_t members, const double *parameters,
                                  const double *curvature, double *jacobian, ad_error *error);
 

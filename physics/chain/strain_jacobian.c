@@ -17,12 +17,11 @@ typedef struct softness {
     lanes left[6], inverse[3][3], turned[3][3];
 } softness;
 
-/* The shape on the finer mesh, as it changes. */
+/* The shape on the finer mesh, as it changes: u and v, and rates of the turn and of the position.
+ */
 typedef struct finer {
-    lanes *u, *v, *turns, *slopes; /* [nodes][3] */
-    lanes (*edges)[2][3];          /* [elements + 1] turn, position */
-    lanes (*steps)[3][3][3];       /* within the mesh; */
-    lanes (*ends)[3][3][3];        /* [outputs] and to outputs */
+    lanes *u, *v, *turning, *slopes; /* [nodes][3] */
+    lanes (*edges)[2][3];            /* [elements + 1] turn, position */
 } finer;
 
 struct strain_jacobian {
@@ -36,7 +35,8 @@ struct strain_jacobian {
     softness *softness;             /* [nodes] */
     lanes *sought, *left, *strains; /* [unknowns] what changes; [nodes][6]; [nodes][3] u or v */
     finer fine;
-    lanes *columns; /* [outputs][SOLVE_MEMBERS_COLUMNS] */
+    lanes *columns; /* [count][outputs][SOLVE_MEMBERS_COLUMNS] of one parameter after the other, or
+                     * of several in different lanes */
     void *memory;
 };
 
@@ -75,7 +75,6 @@ static bool allocate_lanes(strain_jacobian *x)
     const size_t finer = (size_t)fine->nodes, outputs = (size_t)fine_of(x)->outputs;
     const size_t unknowns = (size_t)form->unknowns, tensions = (size_t)form->tension_count;
     const size_t finer_edges = (size_t)fine->kind.elements + 1;
-    enum { STEP = 27 };
     const struct {
         void *to;
         size_t count;
@@ -84,19 +83,17 @@ static bool allocate_lanes(strain_jacobian *x)
                  {&x->sources.places, places * 3},
                  {&x->sources.lengths, tensions},
                  {&x->sources.tangents, rubs * nodes * 3},
-                 {&x->sources.steps, (nodes + edges) * STEP},
+                 {&x->sources.steps, (nodes + edges) * sizeof *x->sources.steps / sizeof(lanes)},
                  {&x->softness, nodes * sizeof(softness) / sizeof(lanes)},
                  {&x->sought, unknowns},
                  {&x->left, nodes * 6},
                  {&x->strains, nodes * 3},
                  {&x->fine.u, finer * 3},
                  {&x->fine.v, finer * 3},
-                 {&x->fine.turns, finer * 3},
+                 {&x->fine.turning, finer * 3},
                  {&x->fine.slopes, finer * 3},
                  {&x->fine.edges, finer_edges * 6},
-                 {&x->fine.steps, (finer + finer_edges) * STEP},
-                 {&x->fine.ends, outputs * STEP},
-                 {&x->columns, outputs * SOLVE_MEMBERS_COLUMNS}};
+                 {&x->columns, (size_t)x->group->count * outputs * SOLVE_MEMBERS_COLUMNS}};
     enum { PARTS = sizeof parts / sizeof *parts };
     size_t all = 0;
     for (int i = 0; i < PARTS; i++) {
@@ -412,7 +409,6 @@ static void linearise(strain_jacobian *x)
     find_softness(x);
     strain_group_place(x->group);
     strain_group_evaluate(x->group, x->group->modes + STRAIN_BEYOND);
-    strain_form_steps(fine_of(x)->form, x->fine.steps);
 }
 
 /* x->sought, and strains by it. */
@@ -439,21 +435,7 @@ static void solve(strain_jacobian *x)
 
 /* ---- shapes -------------------------------------------------------------------------------- */
 
-FOR_EACH_PROCESSOR static void find_ends(strain_jacobian *x)
-{
-    strain_form *form = fine_of(x)->form;
-    for (int k = 0; k < fine_of(x)->outputs; k++) {
-        const strain_output *out = &fine_of(x)->output[k];
-        strain_node *at = form->at + out->element * form->kind.stages;
-        lanes a[3][3], q[4], R[3][3];
-        step_terms(form, out->element, out->magnus[0], at->u, sizeof *at / sizeof(lanes), a);
-        memcpy(q, form->edges[out->element].q, sizeof q);
-        turn_over(&form->edges[out->element], q);
-        lanes_rotation_matrix(q, R);
-        step_change(a, out->from < 0 ? R : at[out->from].R, x->fine.ends[k]);
-    }
-}
-
+/* The mesh is so fine that the integral of R du is that of its steps. */
 PROCESSOR_INLINE void place_points(strain_jacobian *x)
 {
     strain_form *form = fine_of(x)->form;
@@ -462,17 +444,19 @@ PROCESSOR_INLINE void place_points(strain_jacobian *x)
     memcpy(fine->edges[0][0], x->sources.start[1], sizeof fine->edges[0][0]);
     memcpy(fine->edges[0][1], x->sources.start[0], sizeof fine->edges[0][1]);
     for (int e = 0; e < form->kind.elements; e++) {
-        lanes(*turns)[3] = (lanes(*)[3])fine->turns + e * n, rate[GAUSS_STAGES_MAX][3];
-        lanes unused[GAUSS_STAGES_MAX][3];
-        memcpy(fine->edges[e + 1][0], fine->edges[e][0], sizeof fine->edges[e][0]);
-        turn_by_steps(form, fine->steps, e, fine->u + 3 * e * n, fine->edges[e + 1][0], turns);
+        lanes(*turning)[3] = (lanes(*)[3])fine->turning + e * n;
+        lanes(*slopes)[3] = (lanes(*)[3])fine->slopes + e * n;
+        lanes at[GAUSS_STAGES_MAX][3];
         for (int j = 0; j < n; j++) {
-            strain_node *at = &form->at[e * n + j];
-            lanes_vector_cross(turns[j], at->slope, rate[j]);
-            add_applied(at->R, fine->v + 3 * (e * n + j), rate[j]);
-            memcpy(fine->slopes + 3 * (e * n + j), rate[j], sizeof rate[j]);
+            apply(form->at[e * n + j].R, fine->u + 3 * (e * n + j), turning[j]);
         }
-        integrate_on(form, e, rate, fine->edges[e][1], unused, fine->edges[e + 1][1]);
+        integrate_on(form, e, turning, fine->edges[e][0], at, fine->edges[e + 1][0]);
+        for (int j = 0; j < n; j++) {
+            strain_node *node = &form->at[e * n + j];
+            lanes_vector_cross(at[j], node->slope, slopes[j]);
+            add_applied(node->R, fine->v + 3 * (e * n + j), slopes[j]);
+        }
+        integrate_on(form, e, slopes, fine->edges[e][1], at, fine->edges[e + 1][1]);
     }
 }
 
@@ -489,65 +473,67 @@ PROCESSOR_INLINE void weigh(int count, const double *weights, double by, const l
     }
 }
 
-/* Columns as strain_level_evaluate has them, dimensionless. */
-FOR_EACH_PROCESSOR static void find_columns(strain_jacobian *x)
+/* Columns as strain_level_evaluate has them, in SI. */
+FOR_EACH_PROCESSOR static void find_columns(strain_jacobian *x, lanes *columns)
 {
     const strain_form *form = fine_of(x)->form;
     const int n = form->kind.stages;
+    const double length = x->group->rod->scales.length;
     place_points(x);
     for (int k = 0; k < fine_of(x)->outputs; k++) {
         const strain_output *out = &fine_of(x)->output[k];
         const lanes *q = x->group->values + k * SOLVE_MEMBERS_COLUMNS + 3;
         const int e = out->element, first = 3 * e * n;
-        lanes *to = x->columns + k * SOLVE_MEMBERS_COLUMNS, turn[4] = {{0}}, a[3][3], twice[4];
+        lanes *to = columns + k * SOLVE_MEMBERS_COLUMNS, turn[4] = {{0}}, twice[4];
         memset(to, 0, SOLVE_MEMBERS_COLUMNS * sizeof *to);
         memcpy(to, x->fine.edges[e][1], sizeof x->fine.edges[e][1]);
+        memcpy(turn + 1, x->fine.edges[e][0], sizeof x->fine.edges[e][0]);
         weigh(n, out->integrate, form->width[e], x->fine.slopes + first, to);
-        memcpy(turn + 1,
-               out->from < 0 ? x->fine.edges[e][0] : x->fine.turns + first + 3 * out->from,
-               3 * sizeof *turn);
-        step_terms(form, e, out->magnus[0], x->fine.u + first, 3, a);
-        for (int i = 0; i < 3; i++) {
-            add_applied(x->fine.ends[k][i], a[i], turn + 1);
-        }
+        weigh(n, out->integrate, form->width[e], x->fine.turning + first, turn + 1);
         lanes_quaternion_product(turn, q, twice);
+        weigh(n, out->interpolate, 1, x->fine.v + first, to + 7);
+        weigh(n, out->interpolate, 1 / length, x->fine.u + first, to + 10);
         for (int c = 0; c < 4; c++) {
             to[3 + c] = 0.5 * twice[c];
         }
-        weigh(n, out->interpolate, 1, x->fine.v + first, to + 7);
-        weigh(n, out->interpolate, 1, x->fine.u + first, to + 10);
-    }
-}
-
-/* In SI; strains by metres as they are written, which change. */
-static void scale_columns(strain_jacobian *x, const int *which)
-{
-    const int outputs = fine_of(x)->outputs, count = x->group->count;
-    const bool grows = solve_rod_part_kind(x->changes, SOLVE_GROWTH).width > 0;
-    const double length = x->group->rod->scales.length;
-    for (int i = 0; i < outputs * SOLVE_MEMBERS_COLUMNS; i++) {
-        const int c = i % SOLVE_MEMBERS_COLUMNS;
-        x->columns[i] *= c < 3 ? length : c < 10 ? 1 : 1 / length;
-        for (int lane = 0; lane < LANES && grows && c >= 7; lane++) {
-            const int at = lane * outputs + i / SOLVE_MEMBERS_COLUMNS;
-            const double by = x->growth[at * count + which[lane]];
-            x->columns[i][lane] -= x->group->values[i][lane] * by;
-            x->columns[i][lane] /= x->group->growth[at];
+        for (int c = 0; c < 3; c++) {
+            to[c] *= length;
         }
     }
 }
 
-/* Of the parameters that lanes have, -1: none. */
-static void put_columns(const strain_jacobian *x, size_t members, const int *which,
-                        double *jacobian)
+/* Strains are by metres as they are written, which change; and of lanes without an equilibrium
+ * nothing is a number. */
+static void correct_columns(const strain_jacobian *x, const int *which, lanes *columns)
+{
+    const int outputs = fine_of(x)->outputs, count = x->group->count;
+    const bool grows = solve_rod_part_kind(x->changes, SOLVE_GROWTH).width > 0;
+    for (int lane = 0; lane < LANES; lane++) {
+        const bool is_good = isfinite(x->sought[0][lane]);
+        for (int i = 0; i < outputs * SOLVE_MEMBERS_COLUMNS && (grows || !is_good); i++) {
+            const int at = lane * outputs + i / SOLVE_MEMBERS_COLUMNS;
+            if (!is_good) {
+                columns[i][lane] = NAN;
+            } else if (i % SOLVE_MEMBERS_COLUMNS >= 7) {
+                columns[i][lane] -= x->group->values[i][lane] * x->growth[at * count + which[lane]];
+                columns[i][lane] /= x->group->growth[at];
+            }
+        }
+    }
+}
+
+/* Of all parameters, of which as many `copies` as there is room for are side by side: row by row,
+ * as memory is written. */
+static void put_columns(const strain_jacobian *x, size_t members, size_t copies, double *jacobian)
 {
     const size_t width = (size_t)fine_of(x)->outputs * SOLVE_MEMBERS_COLUMNS,
                  count = (size_t)x->group->count;
-    for (size_t lane = 0; lane < LANES; lane++) {
-        const bool is_good = isfinite(x->sought[0][lane]);
-        double *to = jacobian + lane % members * width * count;
-        for (size_t i = 0; i < width && which[lane] >= 0; i++) {
-            to[i * count + (size_t)which[lane]] = is_good ? x->columns[i][lane] : NAN;
+    for (size_t i = 0; i < width; i++) {
+        for (size_t k = 0; k < count; k++) {
+            const double *from = (const double *)&x->columns[k / copies * width + i];
+            for (size_t member = 0; member < members; member++) {
+                jacobian[(member * width + i) * count + k] = from[k % copies * members + member];
+            }
         }
     }
 }
@@ -556,28 +542,28 @@ ad_status strain_jacobian_run(strain_jacobian *x, size_t members, const double *
                               const double *curvature, double *jacobian, ad_error *error)
 {
     const int count = x->group->count, copies = LANES / (int)members;
+    const size_t width = (size_t)fine_of(x)->outputs * SOLVE_MEMBERS_COLUMNS;
     ad_status status = strain_group_take(x->group, members, parameters, curvature, error);
     status = status == AD_OK ? find_changes(x, error) : status;
     if (status != AD_OK) {
         return status;
     }
     linearise(x);
-    find_ends(x);
     for (int first = 0; first < count; first += copies) {
-        int which[LANES], given[LANES];
+        lanes *columns = x->columns + (size_t)(first / copies) * width;
+        int which[LANES];
         for (int lane = 0; lane < LANES; lane++) { /* of each parameter all members */
-            const int copy = lane / (int)members, parameter = first + copy;
-            which[lane] = copy < copies && parameter < count ? parameter : -1;
-            given[lane] = which[lane] < 0 ? 0 : which[lane];
+            const int parameter = first + lane / (int)members;
+            which[lane] = parameter < count ? parameter : 0;
         }
-        strain_level_give_changes(&x->by, x->changes, count, given,
+        strain_level_give_changes(&x->by, x->changes, count, which,
                                   (const double *const *)x->values);
         find_sources(x);
         find_loads(x);
         solve(x);
-        find_columns(x);
-        scale_columns(x, given);
-        put_columns(x, members, which, jacobian);
+        find_columns(x, columns);
+        correct_columns(x, which, columns);
     }
+    put_columns(x, members, (size_t)copies, jacobian);
     return AD_OK;
 }

@@ -15,52 +15,45 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Directions at a time, of all members: enough for all threads. */
-enum { DIRECTIONS = 4096 };
-
 /* Tensions, by EI/L^2, that are none: of a tendon that is slack, or just as long as it may be. */
 static const double SLACK = 1e-7;
 
-struct export_jacobian {
+typedef struct export_jacobian {
     size_t forces, held, unknowns, count; /* sought before the curvature, after it; all */
     size_t tensions;                      /* of the held, the last */
     double arm[SCENE_TENDONS_MAX];        /* of their tendons (strain_arms) */
     size_t rows;                          /* of a shape */
-    int columns;
     double length;
     ad_program *residual, *shape; /* derivatives along a direction */
     ad_program *left, *values;    /* the residual, the shape */
-    size_t chunk;                 /* members at a time */
-    /* By members: [unknowns][chunk], [count][chunk]; by directions, of which a member has
+    size_t members;
+    /* By members: [unknowns][members], [count][members]; by directions, of which a member has
      * unknowns + count: the same with them, and [rows]. */
     double *curvature, *parameters, *by_curvature, *by_parameter, *results;
     double *matrix, *right; /* [unknowns][unknowns], [count][unknowns] of a member */
-    double *holding;        /* [chunk][held][3 nodes + tensions]: what holds an end does */
+    double *holding;        /* [members][held][3 nodes + tensions]: what holds an end does */
     double *fit;            /* [held + 1][3 nodes + tensions], the same of one, and the residual */
-    bool *slack;            /* [chunk][tensions] */
+    bool *slack;            /* [members][tensions] */
     int *pivots;
-};
+} export_jacobian;
 
-void export_jacobian_free(export_jacobian *jacobian)
+static void clear(export_jacobian *jacobian)
 {
-    if (jacobian) {
-        ad_program_free(jacobian->residual);
-        ad_program_free(jacobian->shape);
-        ad_program_free(jacobian->left);
-        ad_program_free(jacobian->values);
-        free(jacobian->curvature);
-        free(jacobian->parameters);
-        free(jacobian->by_curvature);
-        free(jacobian->by_parameter);
-        free(jacobian->results);
-        free(jacobian->matrix);
-        free(jacobian->right);
-        free(jacobian->holding);
-        free(jacobian->fit);
-        free(jacobian->slack);
-        free(jacobian->pivots);
-        free(jacobian);
-    }
+    ad_program_free(jacobian->residual);
+    ad_program_free(jacobian->shape);
+    ad_program_free(jacobian->left);
+    ad_program_free(jacobian->values);
+    free(jacobian->curvature);
+    free(jacobian->parameters);
+    free(jacobian->by_curvature);
+    free(jacobian->by_parameter);
+    free(jacobian->results);
+    free(jacobian->matrix);
+    free(jacobian->right);
+    free(jacobian->holding);
+    free(jacobian->fit);
+    free(jacobian->slack);
+    free(jacobian->pivots);
 }
 
 /* ---- recording ----------------------------------------------------------------------------- */
@@ -77,10 +70,11 @@ static ad_status compile(ad_value of, const ad_value wrt[2], const ad_value alon
 }
 
 static ad_status record(export_jacobian *jacobian, ad_tape *tape, const strain_settings *settings,
-                        const double *s, const int *which, ad_pool *pool, ad_error *error)
+                        const export_shapes *asked, ad_error *error)
 {
-    const int n = (int)jacobian->unknowns, m = (int)jacobian->count,
-              points = (int)jacobian->rows / jacobian->columns;
+    const int n = (int)jacobian->unknowns, m = (int)jacobian->count, points = (int)asked->points;
+    int which[STRAIN_COLUMNS];
+    ad_pool *pool = asked->pool;
     ad_value each[SCENE_PARAMETERS_MAX], wrt[2], along[2];
     strain_rod *rod = NULL;
     const ad_value at = ad_input(tape, "s", 1); /* the order is that of run */
@@ -90,6 +84,9 @@ static ad_status record(export_jacobian *jacobian, ad_tape *tape, const strain_s
     along[1] = ad_input(tape, "by parameters", m);
     for (int i = 0; i < settings->count; i++) {
         each[i] = ad_row(wrt[1], i);
+    }
+    for (int i = 0; i < STRAIN_COLUMNS; i++) {
+        which[i] = i;
     }
     ad_status status = strain_rod_create(settings, at, each, &rod, error);
     if (status == AD_OK) {
@@ -101,7 +98,7 @@ static ad_status record(export_jacobian *jacobian, ad_tape *tape, const strain_s
         }
         if (status == AD_OK) {
             const ad_value shape =
-                strain_rod_columns(rod, wrt[0], state, points, s, jacobian->columns, which);
+                strain_rod_columns(rod, wrt[0], state, points, asked->s, STRAIN_COLUMNS, which);
             status = compile(shape, wrt, along, pool, &jacobian->shape, error);
             status = status == AD_OK ? compile(shape, NULL, NULL, pool, &jacobian->values, error)
                                      : status;
@@ -114,19 +111,20 @@ static ad_status record(export_jacobian *jacobian, ad_tape *tape, const strain_s
 static ad_status allocate(export_jacobian *jacobian, ad_error *error)
 {
     const size_t n = jacobian->unknowns, m = jacobian->count, directions = n + m;
-    jacobian->chunk = DIRECTIONS / directions > 0 ? DIRECTIONS / directions : 1;
-    const size_t all = jacobian->chunk * directions, most = jacobian->rows > n ? jacobian->rows : n;
-    jacobian->curvature = malloc(jacobian->chunk * n * sizeof *jacobian->curvature);
-    jacobian->parameters = malloc(jacobian->chunk * m * sizeof *jacobian->parameters);
+    const size_t all = jacobian->members * directions,
+                 most = jacobian->rows > n ? jacobian->rows : n;
+    jacobian->curvature = malloc(jacobian->members * n * sizeof *jacobian->curvature);
+    jacobian->parameters = malloc(jacobian->members * m * sizeof *jacobian->parameters);
     jacobian->by_curvature = malloc(all * n * sizeof *jacobian->by_curvature);
     jacobian->by_parameter = malloc(all * m * sizeof *jacobian->by_parameter);
     jacobian->results = malloc(all * most * sizeof *jacobian->results);
     jacobian->matrix = malloc(n * n * sizeof *jacobian->matrix);
-    jacobian->right = malloc(jacobian->chunk * n * m * sizeof *jacobian->right);
+    jacobian->right = malloc(jacobian->members * n * m * sizeof *jacobian->right);
     jacobian->holding =
-        malloc(jacobian->chunk * (jacobian->held + 1) * n * sizeof *jacobian->holding);
+        malloc(jacobian->members * (jacobian->held + 1) * n * sizeof *jacobian->holding);
     jacobian->fit = malloc((jacobian->held + 1) * n * sizeof *jacobian->fit);
-    jacobian->slack = malloc((jacobian->chunk * jacobian->tensions + 1) * sizeof *jacobian->slack);
+    jacobian->slack =
+        malloc((jacobian->members * jacobian->tensions + 1) * sizeof *jacobian->slack);
     jacobian->pivots = malloc(n * sizeof *jacobian->pivots);
     return jacobian->curvature && jacobian->parameters && jacobian->by_curvature &&
                    jacobian->by_parameter && jacobian->results && jacobian->matrix &&
@@ -136,49 +134,37 @@ static ad_status allocate(export_jacobian *jacobian, ad_error *error)
                : ad_fail(error, AD_NO_MEMORY, "out of memory for derivatives of a family");
 }
 
-ad_status export_jacobian_create(const scene *open, size_t nodes, const double *places,
-                                 size_t points, const double *s, int columns, const int *which,
-                                 ad_pool *pool, export_jacobian **result, ad_error *error)
+/* The tape is that of the middle member's scales. */
+static ad_status create(export_jacobian *jacobian, const export_shapes *asked, ad_error *error)
 {
+    const scene *open = asked->open;
     const char *names[SCENE_PARAMETERS_MAX];
     double usual[SCENE_PARAMETERS_MAX];
-    strain_settings settings = {
-        .open = open, .count = open->parameter_count, .names = names, .values = usual};
+    const strain_settings settings = {open,  open->parameter_count, names,
+                                      usual, *asked->mesh,          NULL};
+    const size_t nodes = (size_t)strain_mesh_nodes(asked->mesh);
     scene one;
-    *result = NULL;
+    ad_tape *tape = ad_tape_create();
+    if (!tape) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for derivatives of a family");
+    }
     for (int i = 0; i < settings.count; i++) {
         names[i] = open->parameters[i].name;
         usual[i] = scene_parameter_at(&open->parameters[i], 0.5);
     }
     scene_middle(open, &one);
-    ad_status status = strain_mesh_at(&one, (int)nodes, places, &settings.mesh, error);
-    if (status != AD_OK) {
-        return status;
-    }
-    ad_tape *tape = ad_tape_create();
-    export_jacobian *jacobian = calloc(1, sizeof *jacobian);
-    if (!tape || !jacobian) {
-        status = ad_fail(error, AD_NO_MEMORY, "out of memory for derivatives of a family");
-    } else {
-        jacobian->forces = (size_t)strain_forces(open, (int)nodes);
-        jacobian->held = (size_t)strain_held(open);
-        jacobian->tensions = (size_t)strain_tensions(open);
-        strain_arms(&one, jacobian->arm);
-        jacobian->unknowns = jacobian->forces + 3 * nodes + jacobian->held;
-        jacobian->count = (size_t)settings.count;
-        jacobian->columns = columns;
-        jacobian->rows = (size_t)columns * points;
-        jacobian->length = scene_length(&one);
-        status = record(jacobian, tape, &settings, s, which, pool, error);
-    }
-    status = status == AD_OK ? allocate(jacobian, error) : status;
+    *jacobian = (export_jacobian){.forces = (size_t)strain_forces(open, (int)nodes),
+                                  .held = (size_t)strain_held(open),
+                                  .tensions = (size_t)strain_tensions(open),
+                                  .count = (size_t)settings.count,
+                                  .rows = STRAIN_COLUMNS * asked->points,
+                                  .members = asked->members,
+                                  .length = scene_length(&one)};
+    jacobian->unknowns = jacobian->forces + 3 * nodes + jacobian->held;
+    strain_arms(&one, jacobian->arm);
+    ad_status status = record(jacobian, tape, &settings, asked, error);
     ad_tape_free(tape);
-    if (status != AD_OK) {
-        export_jacobian_free(jacobian);
-        return status;
-    }
-    *result = jacobian;
-    return AD_OK;
+    return status == AD_OK ? allocate(jacobian, error) : status;
 }
 
 /* ---- running ------------------------------------------------------------------------------- */
@@ -369,24 +355,23 @@ static ad_status find_forces(export_jacobian *jacobian, size_t members, ad_error
 static double *result_of(const export_jacobian *jacobian, size_t members, size_t each,
                          size_t member, size_t row)
 {
-    const size_t columns = (size_t)jacobian->columns, points = jacobian->rows / columns;
+    const size_t columns = STRAIN_COLUMNS, points = jacobian->rows / columns;
     return jacobian->results + ((row % columns * points + row / columns) * members + member) * each;
 }
 
-static ad_status run_chunk(export_jacobian *derivatives, size_t members, const double *parameters,
-                           const double *curvature, double *values, double *jacobian,
-                           ad_error *error)
+static ad_status find(export_jacobian *derivatives, const export_shapes *asked, double *values,
+                      double *jacobian, ad_error *error)
 {
-    const size_t n = derivatives->unknowns, m = derivatives->count,
-                 bent = n - derivatives->forces - derivatives->held;
+    const size_t n = derivatives->unknowns, m = derivatives->count, members = asked->members,
+                 bent = n - derivatives->forces - derivatives->held, rows = derivatives->rows;
     const size_t nodes = bent / 3; /* the tape has [3][nodes] */
     for (size_t i = 0; i < members; i++) {
         for (size_t k = 0; k < bent; k++) {
             derivatives->curvature[(derivatives->forces + k) * members + i] =
-                derivatives->length * curvature[i * bent + k % nodes * 3 + k / nodes];
+                derivatives->length * asked->curvature[i * bent + k % nodes * 3 + k / nodes];
         }
         for (size_t k = 0; k < m; k++) {
-            derivatives->parameters[k * members + i] = parameters[i * m + k];
+            derivatives->parameters[k * members + i] = asked->parameters[i * m + k];
         }
     }
     ad_status status = find_forces(derivatives, members, error);
@@ -400,36 +385,22 @@ static ad_status run_chunk(export_jacobian *derivatives, size_t members, const d
         set_changes(derivatives, members);
         status = run(derivatives, derivatives->shape, members, m, error);
     }
-    for (size_t i = 0; i < members * derivatives->rows && status == AD_OK; i++) {
-        const size_t member = i / derivatives->rows;
-        const double *of = result_of(derivatives, members, m, member, i % derivatives->rows);
-        for (size_t k = 0; k < m; k++) {
-            jacobian[i * m + k] = isfinite(derivatives->right[member * n * m]) ? of[k] : NAN;
-        }
+    for (size_t i = 0; i < members * rows * m && status == AD_OK; i++) {
+        jacobian[i] = result_of(derivatives, members, m, i / m / rows, i / m % rows)[i % m];
     }
-    if (status == AD_OK && values) {
-        status = run(derivatives, derivatives->values, members, 1, error);
-    }
-    for (size_t i = 0; i < members * derivatives->rows && status == AD_OK && values; i++) {
-        values[i] =
-            *result_of(derivatives, members, 1, i / derivatives->rows, i % derivatives->rows);
+    status = status == AD_OK ? run(derivatives, derivatives->values, members, 1, error) : status;
+    for (size_t i = 0; i < members * rows && status == AD_OK; i++) {
+        values[i] = *result_of(derivatives, members, 1, i / rows, i % rows);
     }
     return status;
 }
 
-ad_status export_jacobian_run(export_jacobian *derivatives, size_t members,
-                              const double *parameters, const double *curvature, double *values,
-                              double *jacobian, ad_error *error)
+ad_status export_shapes_find(const export_shapes *asked, double *values, double *jacobian,
+                             ad_error *error)
 {
-    ad_status status = AD_OK;
-    for (size_t first = 0; first < members && status == AD_OK; first += derivatives->chunk) {
-        const size_t left = members - first,
-                     now = left < derivatives->chunk ? left : derivatives->chunk;
-        status = run_chunk(
-            derivatives, now, parameters + first * derivatives->count,
-            curvature + first * (derivatives->unknowns - derivatives->forces - derivatives->held),
-            values ? values + first * derivatives->rows : NULL,
-            jacobian + first * derivatives->rows * derivatives->count, error);
-    }
+    export_jacobian x = {.members = 0};
+    ad_status status = create(&x, asked, error);
+    status = status == AD_OK ? find(&x, asked, values, jacobian, error) : status;
+    clear(&x);
     return status;
 }

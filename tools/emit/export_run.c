@@ -44,27 +44,19 @@ static ad_status find_shapes(export_model *model, const numbers *n, const solve_
 {
     enum { POSITION = 3 };
     export_family *f = &model->family;
-    const int nodes = strain_mesh_nodes(&f->mesh), count = f->open->parameter_count;
-    const int all[STRAIN_COLUMNS] = {0,  1,  2,  3,  4,  5,  6,  7,  8, 9,
-                                     10, 11, 12, 13, 14, 15, 16, 17, 18};
+    const int count = f->open->parameter_count;
     int which[EXPORT_COMPARED];
     const int compared = export_family_compared(f, which), rows = MEMBERS * compared;
-    double places[STRAIN_ELEMENTS_MAX * STRAIN_STAGES_MAX], s[EXPORT_COMPARED];
+    double s[EXPORT_COMPARED];
     double shapes[MEMBERS * EXPORT_COMPARED * STRAIN_COLUMNS];
     double *jacobian = malloc((size_t)rows * STRAIN_COLUMNS * (size_t)count * sizeof *jacobian);
-    export_jacobian *by = NULL;
-    strain_mesh_places(&f->mesh, places);
     for (int i = 0; i < compared; i++) {
         s[i] = f->s[which[i]];
     }
-    ad_status status =
-        jacobian ? export_jacobian_create(f->open, (size_t)nodes, places, (size_t)compared, s,
-                                          STRAIN_COLUMNS, all, model->e->pool, &by, error)
-                 : ad_fail(error, AD_NO_MEMORY, "out of memory for a self-test");
-    if (status == AD_OK) {
-        status =
-            export_jacobian_run(by, MEMBERS, n->parameters, n->polished, shapes, jacobian, error);
-    }
+    const export_shapes asked = {f->open,        &f->mesh, (size_t)compared, s,
+                                 model->e->pool, MEMBERS,  n->parameters,    n->polished};
+    ad_status status = jacobian ? export_shapes_find(&asked, shapes, jacobian, error)
+                                : ad_fail(error, AD_NO_MEMORY, "out of memory for a self-test");
     for (int i = 0; i < MEMBERS && status == AD_OK; i++) {
         const double *solved =
             n->values + ((size_t)i * TARGETS_POINTS + TARGETS_POINTS - 1) * SOLVE_MEMBERS_COLUMNS;
@@ -81,7 +73,6 @@ static ad_status find_shapes(export_model *model, const numbers *n, const solve_
         n->shapes[to] = shapes[from];
         memcpy(n->jacobian + to * count, jacobian + from * count, (size_t)count * sizeof *jacobian);
     }
-    export_jacobian_free(by);
     free(jacobian);
     return status;
 }
