@@ -144,6 +144,27 @@ static void compare(const char *name, const double *jacobian, int parameter, con
     }
 }
 
+/* Lanes that one member leaves are for its parameters: the bits are those of members together. */
+static void compare_alone(const char *name, cpinn_family *x)
+{
+    enum { MEMBERS = 3 };
+    static const double at[MEMBERS][PARAMETERS] = {
+        {0.96e7, 0.5, 0.2}, {1.1e7, 0.3, -0.1}, {0.9e7, 0.6, 0.4}};
+    static double values[MEMBERS * WIDTH], together[MEMBERS][WIDTH * PARAMETERS],
+        one[WIDTH * PARAMETERS];
+    cpinn_answer said[MEMBERS];
+    ad_error error = {.message = ""};
+    assert_good(cpinn_family_answer(x, &alone, MEMBERS, at[0], values, together[0], said, &error),
+                name, &error);
+    for (int i = 0; i < MEMBERS; i++) {
+        assert_good(cpinn_family_answer(x, &alone, 1, at[i], values, one, said, &error), name,
+                    &error);
+        if (memcmp(one, together[i], sizeof one) != 0) {
+            fail_msg("%s: member %d alone has other derivatives", name, i);
+        }
+    }
+}
+
 static void test_derivatives(void **state)
 {
     (void)state;
@@ -167,6 +188,7 @@ static void test_derivatives(void **state)
             differ(name, x, at, k, by);
             compare(name, jacobian, k, by);
         }
+        compare_alone(name, x);
         cpinn_family_free(x);
         config_free(read);
     }
