@@ -529,10 +529,12 @@ static void put_columns(const strain_jacobian *x, size_t members, size_t copies,
     const size_t width = (size_t)fine_of(x)->outputs * SOLVE_MEMBERS_COLUMNS,
                  count = (size_t)x->group->count;
     for (size_t i = 0; i < width; i++) {
-        for (size_t k = 0; k < count; k++) {
-            const double *from = (const double *)&x->columns[k / copies * width + i];
-            for (size_t member = 0; member < members; member++) {
-                jacobian[(member * width + i) * count + k] = from[k % copies * members + member];
+        const lanes *from = x->columns + i;
+        for (size_t k = 0; k < count; from += width) {
+            for (size_t lane = 0; lane < copies * members && k < count; k++) {
+                for (size_t member = 0; member < members; member++, lane++) {
+                    jacobian[(member * width + i) * count + k] = (*from)[lane];
+                }
             }
         }
     }
