@@ -164,7 +164,7 @@ static ad_status look_around(optimization *o, nn_rng *rng, int starts, double *z
     const size_t n = o->n;
     const int looks = LOOKS * starts > LOOKS_LEAST ? LOOKS * starts : LOOKS_LEAST;
     double merit[OPTIMIZE_STARTS_MAX];
-    double *now = malloc((n + o->scenarios) * sizeof *now);
+    double *now = calloc(n + o->scenarios, sizeof *now); /* bounds of objectives follow */
     if (!now) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for an optimisation");
     }
