@@ -12,12 +12,12 @@
 ad_status strain_mesh_of(const scene *one, int stages, strain_mesh *mesh, ad_error *error)
 {
     scene_breaks breaks;
-    ad_status status = scene_breaks_of(one, "s", &breaks, error);
+    ad_status status = scene_pieces_of(one, BREAKS_MAX, &breaks, error);
     if (status == AD_OK && (breaks.unresolved || breaks.count >= STRAIN_ELEMENTS_MAX)) {
-        status =
-            ad_fail(error, AD_BAD_ARGUMENT,
-                    "strain form: %s jumps in more places than are found or allowed, %d",
-                    breaks.unresolved ? breaks.unresolved : "the scene", STRAIN_ELEMENTS_MAX - 1);
+        status = ad_fail(
+            error, AD_BAD_ARGUMENT,
+            "strain form: %s jumps or is narrow in more places than are found or allowed, %d",
+            breaks.unresolved ? breaks.unresolved : "the scene", STRAIN_ELEMENTS_MAX - 1);
     }
     if (status != AD_OK) {
         return status;

@@ -30,7 +30,8 @@ typedef struct strain_mesh {
     double edges[STRAIN_ELEMENTS_MAX + 1]; /* [elements + 1] */
 } strain_mesh;
 
-/* Elements between the places where something jumps. AD_BAD_ARGUMENT: too many of them. */
+/* Elements between the places where something jumps, or between which it is narrow.
+ * AD_BAD_ARGUMENT: too many of them. */
 ad_status strain_mesh_of(const scene *one, int stages, strain_mesh *mesh, ad_error *error);
 
 /* The one that has its points at s [nodes], of the length, as solve_members_places says over it: in
