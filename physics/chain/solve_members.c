@@ -82,7 +82,7 @@ static ad_status create_groups(solve_members *members, const scene *one,
                                const solve_members_settings *settings, ad_error *error)
 {
     strain_mesh pieces;
-    ad_status status = strain_mesh_of(one, STRAIN_STAGES_MIN, &pieces, error);
+    ad_status status = strain_mesh_of(&members->open, STRAIN_STAGES_MIN, &pieces, error);
     double *s = members->s = malloc((settings->points + 1) * sizeof *s);
     if (status == AD_OK && !s) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", settings->points);

@@ -201,12 +201,28 @@ static ad_status fill_panels(solve_quadrature *quadrature, const scene *of, ad_e
     return AD_OK;
 }
 
+/* Whether any two places, or ends of the range, are so close that an element of high degree between
+ * others would not see what is there. */
+static bool are_narrow(const scene_breaks *places, double length)
+{
+    const double close = length / 32;
+    double before = 0, least = length;
+    for (int i = 0; i <= places->count; i++) {
+        double place = i < places->count ? places->place[i] : length;
+        least = fmin(least, place - before);
+        before = place;
+    }
+    return least < close;
+}
+
 static ad_status fill_places(solve_quadrature *quadrature, const scene *of, bool narrow, int count,
                              const double *places, ad_error *error)
 {
     scene_breaks breaks;
-    const ad_status status = narrow ? scene_pieces_of(of, NARROW_MAX, &breaks, error)
-                                    : scene_breaks_of(of, "s", &breaks, error);
+    ad_status status = narrow ? scene_divisions_of(of, "s", NARROW_MAX, &breaks, error) : AD_OK;
+    if (status == AD_OK && (!narrow || !are_narrow(&breaks, scene_length(of)))) {
+        status = scene_breaks_of(of, "s", &breaks, error);
+    }
     if (status != AD_OK) {
         return status;
     }

@@ -9,25 +9,93 @@
 
 /* ---- meshes -------------------------------------------------------------------------------- */
 
-ad_status strain_mesh_of(const scene *one, int stages, strain_mesh *mesh, ad_error *error)
+/* Members that are looked at beside the one in the middle: at the ends of all ranges, of each, and
+ * some between. */
+enum { SPREAD = 8 };
+
+static void member_of(const scene *open, int number, scene *member)
 {
-    scene_breaks breaks;
-    ad_status status = scene_pieces_of(one, BREAKS_MAX, &breaks, error);
-    if (status == AD_OK && (breaks.unresolved || breaks.count >= STRAIN_ELEMENTS_MAX)) {
-        status = ad_fail(
-            error, AD_BAD_ARGUMENT,
-            "strain form: %s jumps or is narrow in more places than are found or allowed, %d",
-            breaks.unresolved ? breaks.unresolved : "the scene", STRAIN_ELEMENTS_MAX - 1);
+    const int count = open->parameter_count, at_ends = 2 + 2 * count;
+    double values[SCENE_PARAMETERS_MAX];
+    for (int i = 0; i < count; i++) {
+        const double drawn = (number - at_ends + 1) * sqrt(2 + 3 * i);
+        const bool moves = number < 2 || (number - 2) / 2 == i;
+        const double fraction = number >= at_ends ? drawn - floor(drawn) : moves ? number % 2 : 0.5;
+        values[i] = scene_parameter_at(&open->parameters[i], fraction);
     }
-    if (status != AD_OK) {
-        return status;
+    scene_member(open, values, member);
+}
+
+static bool are_same(const scene_breaks *a, const scene_breaks *b, double same)
+{
+    bool result = a->count == b->count;
+    for (int i = 0; i < a->count && result; i++) {
+        result = fabs(a->place[i] - b->place[i]) <= same;
     }
-    *mesh = (strain_mesh){.stages = stages, .elements = 1 + breaks.count};
-    for (int i = 0; i < breaks.count; i++) {
-        mesh->edges[1 + i] = breaks.place[i] / scene_length(one);
+    return result;
+}
+
+/* Where pieces of some members are shorter, and elsewhere, because what is narrow is not at the
+ * same place in all: how short, of the length; else 1. */
+static ad_status find_shortest(const scene *open, const scene_breaks *middle, double *shortest,
+                               ad_error *error)
+{
+    const double length = scene_length(open);
+    const int members = scene_is_family(open) ? 2 + 2 * open->parameter_count + SPREAD : 0;
+    scene_breaks pieces, breaks;
+    ad_status status = AD_OK;
+    *shortest = 1;
+    for (int m = 0; m < members && status == AD_OK; m++) {
+        scene member;
+        member_of(open, m, &member);
+        status = scene_divisions_of(&member, "s", BREAKS_MAX, &pieces, error);
+        status = status == AD_OK ? scene_breaks_of(&member, "s", &breaks, error) : status;
+        if (status == AD_OK && pieces.count > breaks.count &&
+            !are_same(&pieces, middle, 1e-9 * length)) {
+            double before = 0;
+            for (int i = 0; i <= pieces.count; i++) {
+                const double end = i < pieces.count ? pieces.place[i] : length;
+                *shortest = fmin(*shortest, (end - before) / length);
+                before = end;
+            }
+        }
     }
-    mesh->edges[mesh->elements] = 1;
-    return AD_OK;
+    return status;
+}
+
+static ad_status refuse_mesh(const char *what, ad_error *error)
+{
+    return ad_fail(
+        error, AD_BAD_ARGUMENT,
+        "strain form: %s jumps or is narrow in more places than are found or allowed, %d", what,
+        STRAIN_ELEMENTS_MAX - 1);
+}
+
+ad_status strain_mesh_of(const scene *open, int stages, strain_mesh *mesh, ad_error *error)
+{
+    scene one;
+    scene_breaks pieces;
+    double shortest = 1, begin = 0;
+    scene_middle(open, &one);
+    ad_status status = scene_divisions_of(&one, "s", BREAKS_MAX, &pieces, error);
+    if (status == AD_OK && (pieces.unresolved || pieces.count >= STRAIN_ELEMENTS_MAX)) {
+        return refuse_mesh(pieces.unresolved ? pieces.unresolved : "the scene", error);
+    }
+    status = status == AD_OK ? find_shortest(open, &pieces, &shortest, error) : status;
+    *mesh = (strain_mesh){.stages = stages};
+    for (int i = 0; i <= pieces.count && status == AD_OK; i++) {
+        const double end = i < pieces.count ? pieces.place[i] / scene_length(&one) : 1;
+        const double parts = fmax(1, ceil((end - begin) / shortest - 1e-9));
+        if (mesh->elements + parts > STRAIN_ELEMENTS_MAX) {
+            return refuse_mesh("the scene, at places that differ from member to member,", error);
+        }
+        for (int k = 1; k <= (int)parts; k++) {
+            mesh->edges[++mesh->elements] =
+                k < (int)parts ? begin + (end - begin) * k / parts : end;
+        }
+        begin = end;
+    }
+    return status;
 }
 
 static bool has_places(const strain_mesh *mesh, const double *s)
@@ -41,11 +109,11 @@ static bool has_places(const strain_mesh *mesh, const double *s)
     return same;
 }
 
-ad_status strain_mesh_at(const scene *one, int nodes, const double *s, strain_mesh *mesh,
+ad_status strain_mesh_at(const scene *open, int nodes, const double *s, strain_mesh *mesh,
                          ad_error *error)
 {
     strain_mesh whole;
-    ad_status status = strain_mesh_of(one, STRAIN_STAGES_MIN, &whole, error);
+    ad_status status = strain_mesh_of(open, STRAIN_STAGES_MIN, &whole, error);
     for (int parts = 1; status == AD_OK && parts * whole.elements <= STRAIN_ELEMENTS_MAX; parts++) {
         *mesh = (strain_mesh){.elements = parts * whole.elements};
         mesh->stages = nodes / mesh->elements;

@@ -11,7 +11,7 @@
  * Everything on the tape is dimensionless, as in physics/rod/rod.h, by the scales of the scene with
  * numbers in place of the names: curvature times length, places and positions over it.
  *
- *   strain_mesh_of(&one, 8, &mesh, &error);
+ *   strain_mesh_of(&open, 8, &mesh, &error);
  *   strain_rod_create(&settings, tape, s, parameters, &rod, &error);
  *   ad_value state = strain_rod_state(rod, network);
  *   ad_value residual = strain_rod_residual(rod, network, state);
@@ -30,13 +30,14 @@ typedef struct strain_mesh {
     double edges[STRAIN_ELEMENTS_MAX + 1]; /* [elements + 1] */
 } strain_mesh;
 
-/* Elements between the places where something jumps, or between which it is narrow.
- * AD_BAD_ARGUMENT: too many of them. */
-ad_status strain_mesh_of(const scene *one, int stages, strain_mesh *mesh, ad_error *error);
+/* Elements between the places where something jumps, or between which it is narrow; of members of
+ * which this is not at the same places, equal ones that are as short. AD_BAD_ARGUMENT: too many of
+ * them. */
+ad_status strain_mesh_of(const scene *open, int stages, strain_mesh *mesh, ad_error *error);
 
 /* The one that has its points at s [nodes], of the length, as solve_members_places says over it: in
  * equal parts of these elements. AD_BAD_ARGUMENT: there is none. */
-ad_status strain_mesh_at(const scene *one, int nodes, const double *s, strain_mesh *mesh,
+ad_status strain_mesh_at(const scene *open, int nodes, const double *s, strain_mesh *mesh,
                          ad_error *error);
 
 /* Places [strain_mesh_nodes] of the points, of the length. */

@@ -54,8 +54,4 @@ void scene_panels_free(scene_panels *panels); /* not itself */
 ad_status scene_divisions_of(const scene *rod_scene, const char *coordinate, int most,
                              scene_breaks *result, ad_error *error);
 
-/* Pieces of a mesh along the rod: between breaks, or where one of its divisions is less than a 32nd
- * of the length, between these. */
-ad_status scene_pieces_of(const scene *rod_scene, int most, scene_breaks *result, ad_error *error);
-
 #endif

@@ -338,26 +338,3 @@ ad_status scene_divisions_of(const scene *rod_scene, const char *coordinate, int
     }
     return status;
 }
-
-/* Whether any two places, or ends of the range, are so close that an element of high degree between
- * others would not see what is there. */
-static bool are_narrow(const scene_breaks *places, double length)
-{
-    const double close = length / 32;
-    double before = 0, least = length;
-    for (int i = 0; i <= places->count; i++) {
-        double place = i < places->count ? places->place[i] : length;
-        least = fmin(least, place - before);
-        before = place;
-    }
-    return least < close;
-}
-
-ad_status scene_pieces_of(const scene *rod_scene, int most, scene_breaks *result, ad_error *error)
-{
-    ad_status status = scene_divisions_of(rod_scene, "s", most, result, error);
-    if (status == AD_OK && !are_narrow(result, scene_length(rod_scene))) {
-        status = scene_breaks_of(rod_scene, "s", result, error);
-    }
-    return status;
-}

@@ -470,6 +470,9 @@ static void test_against_collocation(void **state)
         check_against_collocation(path, NULL);
     }
     check_against_collocation("configs/robots/tendon_one_segment.yaml", "tendons[0].friction=0.3");
+    check_against_collocation("configs/heavy_cantilever.yaml", /* between points of usual meshes */
+                              "loads.force=['1000*exp(-((s-0.3137)/1.2e-3)^2)', 0, "
+                              "'500*exp(-((s-0.7412)/1.2e-3)^2)']");
 }
 
 int main(void)
