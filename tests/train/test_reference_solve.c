@@ -428,6 +428,7 @@ static void test_every_key(void **state)
         expected += strncmp(config_lists[i].path, "training", 8) != 0 &&
                     strncmp(config_lists[i].path, "optimize", 8) != 0 &&
                     strncmp(config_lists[i].path, "control", 7) != 0 &&
+                    strncmp(config_lists[i].path, "plan", 4) != 0 &&
                     strcmp(config_lists[i].path, "tables") != 0 &&
                     strcmp(config_lists[i].path, "data") != 0;
     }
