@@ -310,7 +310,8 @@ static const refusal refusals[] = {
      "scene.yaml:4:62: training.stages[0].stop.held_out_ratio: is -1, which is out of range; "
      "allowed: a finite number >= 0"},
     {BASE "losses: {self_adaptive: {rate: 0.1}}\n", NULL,
-     "scene.yaml:4:10: losses.self_adaptive: unknown key; allowed in losses: interior, boundary, initial, "
+     "scene.yaml:4:10: losses.self_adaptive: unknown key; allowed in losses: interior, boundary, "
+     "initial, "
      "held_out_points, balance, balance_every, balance_memory, causal"},
     {BASE "losses: {causal: {threshold: 1}}\n", NULL,
      "scene.yaml:4:30: losses.causal.threshold: is 1, which is out of range; allowed: a finite "
