@@ -243,7 +243,7 @@ static void solve_inner(const solve_elements *mesh, int e, size_t count, double 
         }
     }
     if (rows > 0) {
-        ad_dense_lu_solve((size_t)(mesh->stages * rows), count, factor, pivots, mesh->packed);
+        ad_dense_lu_solve((size_t)mesh->stages * (size_t)rows, count, factor, pivots, mesh->packed);
     }
     const double *from = mesh->packed;
     for (size_t k = 0; k < count; k++) {
@@ -305,8 +305,8 @@ static int factor_element(solve_elements *mesh, int e)
     double *by_start = mesh->by_start + (size_t)e * n * rows;
     const int coupled = find_parts(mesh, e);
     fill_inner(mesh, e, matrix);
-    if (coupled > 0 &&
-        ad_dense_lu((size_t)(mesh->stages * coupled), matrix, mesh->pivots + (size_t)e * n) != 0) {
+    if (coupled > 0 && ad_dense_lu((size_t)mesh->stages * (size_t)coupled, matrix,
+                                   mesh->pivots + (size_t)e * n) != 0) {
         return 1;
     }
     for (size_t c = 0; c < rows; c++) {

@@ -234,8 +234,8 @@ ad_status plan_exact_create(const plan_robot *robot, const scene *of, size_t poi
         e->spread = calloc(rows, sizeof *e->spread);
         e->first = malloc(3 * rows * sizeof *e->first);
         e->error = malloc(PLAN_BATCH * sizeof *e->error);
-        e->tangent = malloc(3 * PLAN_BATCH * sizeof *e->tangent);
-        e->turns = malloc(3 * PLAN_BATCH * count * sizeof *e->turns);
+        e->tangent = malloc(PLAN_BATCH * sizeof *e->tangent * 3);
+        e->turns = malloc(PLAN_BATCH * count * 3 * sizeof *e->turns);
         e->parameters = malloc(PLAN_BATCH * parameters * sizeof *e->parameters);
         e->values = malloc(rows * SOLVE_MEMBERS_COLUMNS * sizeof *e->values);
         e->curvature =

@@ -68,8 +68,8 @@ static ad_status prepare(workspace *w, ad_error *error)
     bool any = false;
     w->parameters = malloc(MEMBERS * count * sizeof *w->parameters);
     w->numbers = malloc((count + NUMBERS) * MEMBERS * sizeof *w->numbers);
-    w->singular = calloc(3 * MEMBERS, sizeof *w->singular);
-    w->source = calloc(2 * MEMBERS, sizeof *w->source);
+    w->singular = calloc(MEMBERS, 3 * sizeof *w->singular);
+    w->source = calloc(MEMBERS, 2 * sizeof *w->source);
     if (!w->parameters || !w->numbers || !w->singular || !w->source) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a workspace");
     }
