@@ -589,7 +589,7 @@ ad_status strain_group_parameters(strain_group *group, size_t members, const dou
     const size_t count = (size_t)group->count, outputs = (size_t)group->level[0].outputs;
     const bool grows = solve_rod_part_kind(group->rod, SOLVE_GROWTH).width > 0;
     ad_status status = AD_OK;
-    for (size_t lane = 0; lane < LANES; lane++) {
+    for (size_t lane = 0; lane < LANES && count > 0; lane++) {
         const size_t from = lane % members;
         memcpy(group->parameters + lane * count, parameters + from * count,
                count * sizeof *parameters);
