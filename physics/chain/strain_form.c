@@ -64,8 +64,7 @@ static void sort_laws(strain_form *form)
 static bool is_unloaded(const strain_form *form)
 {
     const strain_kind *kind = &form->kind;
-    bool acts =
-        kind->is_one || form->unknowns > form->elastic || (kind->along && kind->along->count > 0);
+    bool acts = form->unknowns > form->elastic || (kind->along && kind->along->count > 0);
     for (int i = 0; kind->jumps && i < kind->jumps->count; i++) {
         acts = acts || kind->jumps->at[i].acting.count > 0;
     }
@@ -76,16 +75,14 @@ static bool is_unloaded(const strain_form *form)
 static void number_unknowns(strain_form *form)
 {
     const strain_kind *kind = &form->kind;
-    int *first[] = {&form->force_at, &form->moment_at, &form->shift_at, &form->turn_at,
-                    &form->push_at};
+    int *first[] = {&form->force_at, &form->moment_at, &form->push_at};
     const int count[] = {kind->end.hold.directions > 0 ? 3 : 0, kind->end.holds_rotation ? 3 : 0,
-                         kind->free_position ? 3 : 0, kind->free_rotation ? 3 : 0,
                          is_sought(kind) ? 3 * form->nodes : 0};
     form->elastic = form->unknowns = 3 * form->nodes;
-    for (int i = 0; i < 5; i++) {
+    for (int i = 0; i < 3; i++) {
         *first[i] = count[i] > 0 ? form->unknowns : -1;
         form->unknowns += count[i];
-        form->holding += i < 4 ? count[i] : 0;
+        form->holding += i < 2 ? count[i] : 0;
     }
     for (int i = 0; i < kind->actuators && kind->seeks_tensions; i++) {
         form->rub_count += kind->extents[i].rubs;
@@ -219,8 +216,8 @@ ad_status strain_form_create(const strain_kind *kind, strain_form **result, ad_e
     form->pushes = make(form->is_pushed ? nodes : 0, sizeof *form->pushes);
     form->numbers = make(kind->jumps ? (size_t)kind->jumps->numbers : 0, sizeof *form->numbers);
     form->places = make((size_t)places, sizeof *form->places);
-    form->matrix = make(kind->is_rigid || kind->is_one ? 0 : numbers, sizeof *form->matrix);
-    form->coupled = make(kind->is_rigid || kind->is_one ? 0 : 3 * unknowns, sizeof *form->coupled);
+    form->matrix = make(kind->is_rigid ? 0 : numbers, sizeof *form->matrix);
+    form->coupled = make(kind->is_rigid ? 0 : 3 * unknowns, sizeof *form->coupled);
     form->right = make(unknowns, sizeof *form->right);
     form->swapped = make(unknowns, sizeof *form->swapped);
     form->direction = make(unknowns, sizeof *form->direction);
@@ -250,7 +247,7 @@ ad_status strain_form_create(const strain_kind *kind, strain_form **result, ad_e
     return AD_OK;
 }
 
-/* Lane by lane; rods that are the same in all lanes once. */
+/* Lane by lane. */
 void strain_form_law(const strain_form *form, int node, int rows, lanes wrench[6], lanes *stiffness)
 {
     const strain_node *at = &form->at[node];
@@ -260,10 +257,8 @@ void strain_form_law(const strain_form *form, int node, int rows, lanes wrench[6
         for (int i = 0; i < 6; i++) {
             strains[i] = (i < 3 ? at->v[i] : at->u[i - 3])[lane] - rest[i][lane];
         }
-        if (lane == 0 || !form->kind.is_one) {
-            scene_law_beyond(form->kind.law, form->kind.length, form->kind.force, strains, stress,
-                             tangent);
-        }
+        scene_law_beyond(form->kind.law, form->kind.length, form->kind.force, strains, stress,
+                         tangent);
         for (int i = 0, k = 0; i < 6; i++) {
             wrench[i][lane] = stress[i];
             for (int j = i; j < rows; j++) {

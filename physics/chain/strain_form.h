@@ -126,17 +126,15 @@ typedef struct strain_sources {
 /* What rods of one form have in common. */
 typedef struct strain_kind {
     int stages, elements, actuators;
-    const double *edges;               /* [elements + 1] */
-    const solve_extent *extents;       /* [actuators]; of actuators */
-    const scene_law *law;              /* of the section; NULL: linear */
-    double length, force;              /* its units, as of rod_scales */
-    bool shears;                       /* a compliance of v is not 0 */
-    const acting *along;               /* laws along it; NULL: none */
-    bool free_position, free_rotation; /* at s = 0 */
+    const double *edges;         /* [elements + 1] */
+    const solve_extent *extents; /* [actuators]; of actuators */
+    const scene_law *law;        /* of the section; NULL: linear */
+    double length, force;        /* its units, as of rod_scales */
+    bool shears;                 /* a compliance of v is not 0 */
+    const acting *along;         /* laws along it; NULL: none */
     bool seeks_tensions;      /* of tendons whose length is given, which have none then, and angles
                                * of those with friction */
     bool is_rigid;            /* of given strain: a form for positions alone, without equations */
-    bool is_one;              /* the same rod in all lanes: without a matrix of its own */
     const solve_jumps *jumps; /* what acts at edges; NULL: nothing */
     int substeps;  /* of Magnus from one point to the next, at most STRAIN_SUBSTEPS_MAX */
     solve_end end; /* s = 1 */
@@ -177,14 +175,14 @@ typedef struct strain_form {
     lanes (*strained)[6], (*turned)[3]; /* [nodes] how points change, of a direction */
     double slope[GAUSS_STAGES_MAX][GAUSS_STAGES_MAX]; /* d/ds at points, times the width */
     lanes start_r[3], start_q[4];
-    static_end start, last; /* what the ends are held to, where that is not by lanes; s = 1: */
+    static_end last; /* what the end is held to, where that is not by lanes: */
     lanes held_r[3], held_q[4];
     lanes end_force[3], end_moment[3]; /* N and M at s = 1 beyond what acts there: sought, or 0 */
     /* First unknowns of three each; -1: there are none. */
-    int force_at, moment_at, shift_at, turn_at, push_at;
-    int angle_at;                  /* of those of one node after the other, of each tendon */
-    lanes by_end[3][3];            /* change of M at s = 1 by a turn */
-    lanes held[3][3], stood[3][3]; /* of the conditions of turns at s = 1 and 0 by a turn */
+    int force_at, moment_at, push_at;
+    int angle_at;       /* of those of one node after the other, of each tendon */
+    lanes by_end[3][3]; /* change of M at s = 1 by a turn */
+    lanes held[3][3];   /* of the conditions of turns at s = 1 by a turn */
     lanes *matrix;    /* [elements][3 stages][3 stages] blocks, or [unknowns][unknowns]; columns */
     lanes *coupled;   /* [elements][3][3 stages] what a turn of its beginning does; or room */
     lanes *right;     /* [unknowns], the residual, then the step */
@@ -203,7 +201,7 @@ void strain_form_free(strain_form *form);
 /* Joints and laws at edges, from s = 0 on: the latter with their unknowns. */
 void strain_form_set_jumps(strain_form *form);
 
-/* The i-th number that is sought, but for pose of a start that is not held. */
+/* The i-th number that is sought. */
 lanes *strain_form_unknown(strain_form *form, int i);
 
 /* Everything that follows from u (at[].u), what is sought besides, and what is given: `right`
@@ -228,12 +226,9 @@ void strain_form_rub(strain_form *form);
 /* Loads along the rod, by rotations as they are: after numbers of laws have changed. */
 void strain_form_load(strain_form *form);
 
-/* The derivatives there, and the matrix times a direction [unknowns] by them; of rods that are the
- * same in all lanes the matrix itself, column-major [unknowns][unknowns], and `right` is
- * overwritten. */
+/* The derivatives there, and the matrix times a direction [unknowns] by them. */
 void strain_form_linearise(strain_form *form);
 void strain_form_apply(strain_form *form, const lanes *direction, lanes *result);
-void strain_form_linearise_first(strain_form *form, double *matrix);
 
 /* The change of the residual by a direction and by sources, as strain_form_apply but with the turns
  * of Magnus' steps as they are, of one substep: the matrix leaves out what finite steps add. Then

@@ -227,25 +227,6 @@ PROCESSOR_INLINE void differentiate_end(strain_form *form)
     add(form->by_end, by);
 }
 
-/* Of the condition of the moment at s = 0, in the body: m by a turn and by dM is R^T (dM + M x
- * phi). */
-PROCESSOR_INLINE void differentiate_start(strain_form *form)
-{
-    strain_edge *edge = &form->edges[0];
-    lanes by[3][3], cross[3][3], upright[4];
-    in_all_lanes(4, form->start.upright, upright);
-    quotient_by_turn(upright, edge->q, by);
-    cross_matrix(edge->M, 1, cross);
-    for (int i = 0; i < 3; i++) {
-        for (int j = 0; j < 3; j++) {
-            form->stood[i][j] = -form->start.spring[i] * by[i][j];
-            for (int k = 0; k < 3; k++) {
-                form->stood[i][j] += edge->R[k][i] * cross[k][j];
-            }
-        }
-    }
-}
-
 /* ---- columns ------------------------------------------------------------------------------- */
 
 /* What changes at a point, and at an edge before what acts there. */
@@ -279,7 +260,7 @@ PROCESSOR_INLINE void change_turns(strain_form *form, const strain_sources *sour
 {
     const int n = form->kind.stages;
     lanes turn[3], end[3], rate[GAUSS_STAGES_MAX][3], at[GAUSS_STAGES_MAX][3];
-    take(direction, form->turn_at, turn);
+    memset(turn, 0, sizeof turn);
     ADD_SOURCE(start[1], turn)
     for (int e = 0; e <= form->kind.elements; e++) {
         memcpy(edges[e].turn, turn, sizeof turn);
@@ -342,7 +323,7 @@ PROCESSOR_INLINE void change_places(strain_form *form, const strain_sources *sou
 {
     const int n = form->kind.stages;
     lanes r[3], end[3], rate[GAUSS_STAGES_MAX][3], at[GAUSS_STAGES_MAX][3];
-    take(direction, form->shift_at, r);
+    memset(r, 0, sizeof r);
     ADD_SOURCE(start[0], r)
     for (int e = 0; e <= form->kind.elements; e++) {
         memcpy(edges[e].position, r, sizeof r);
@@ -506,17 +487,6 @@ PROCESSOR_INLINE void rows_of_edges(strain_form *form, const strain_sources *sou
         apply(form->held, last->turn, to + form->moment_at);
         SUBTRACT_SOURCE(end[1], to + form->moment_at)
     }
-    if (form->shift_at >= 0) {
-        hold_row(&form->start.kind.hold, edges[0].position, edges[0].force, to + form->shift_at);
-    }
-    if (form->turn_at >= 0) {
-        apply(form->stood, edges[0].turn, to + form->turn_at);
-        for (int k = 0; k < 3; k++) {
-            for (int i = 0; i < 3; i++) {
-                to[form->turn_at + k] += form->edges[0].R[i][k] * edges[0].moment[i];
-            }
-        }
-    }
 }
 
 /* The matrix times a direction [unknowns], and sources, NULL: none. */
@@ -546,9 +516,6 @@ PROCESSOR_INLINE void differentiate(strain_form *form)
     }
     differentiate_lengths(form);
     differentiate_end(form);
-    if (form->turn_at >= 0) {
-        differentiate_start(form);
-    }
 }
 
 FOR_EACH_PROCESSOR static void linearise(strain_form *form)
@@ -606,29 +573,4 @@ FOR_EACH_PROCESSOR static void find_steps(strain_form *form, lanes (*steps)[3][3
 void strain_form_steps(strain_form *form, lanes (*steps)[3][3][3])
 {
     find_steps(form, steps);
-}
-
-/* As all lanes have the same rod, each takes a column. */
-FOR_EACH_PROCESSOR static void fill_first(strain_form *form, double *matrix)
-{
-    const size_t n = (size_t)form->unknowns;
-    differentiate(form);
-    for (size_t first = 0; first < n; first += LANES) {
-        const size_t count = n - first < LANES ? n - first : LANES;
-        for (size_t lane = 0; lane < count; lane++) {
-            form->direction[first + lane][lane] = 1;
-        }
-        change(form, NULL, form->direction, form->right);
-        for (size_t lane = 0; lane < count; lane++) {
-            form->direction[first + lane] = NO_LANES;
-            for (size_t i = 0; i < n; i++) {
-                matrix[(first + lane) * n + i] = form->right[i][lane];
-            }
-        }
-    }
-}
-
-void strain_form_linearise_first(strain_form *form, double *matrix)
-{
-    fill_first(form, matrix);
 }

@@ -325,27 +325,6 @@ PROCESSOR_INLINE void miss_end(strain_form *form)
     }
 }
 
-PROCESSOR_INLINE void miss_start(strain_form *form)
-{
-    strain_edge *edge = &form->edges[0];
-    const static_end *at = &form->start;
-    if (form->shift_at >= 0) {
-        lanes off[3];
-        for (int i = 0; i < 3; i++) {
-            off[i] = edge->r[i] - at->position[i];
-        }
-        hold_row(&at->kind.hold, off, edge->N, form->right + form->shift_at);
-    }
-    if (form->turn_at >= 0) { /* in the body, as the spring is */
-        lanes m[3], turn[3];
-        lanes_to_body(edge->R, edge->M, m);
-        turned_from(at->upright, edge->q, turn);
-        for (int i = 0; i < 3; i++) {
-            form->right[form->turn_at + i] = m[i] - 2 * at->spring[i] * turn[i];
-        }
-    }
-}
-
 PROCESSOR_INLINE void miss_points(strain_form *form)
 {
     for (int i = 0; i < form->nodes; i++) {
@@ -472,7 +451,6 @@ FOR_EACH_PROCESSOR static void find_shape(strain_form *form)
     miss_angles(form);
     miss_lengths(form);
     miss_end(form);
-    miss_start(form);
 }
 
 FOR_EACH_PROCESSOR static void find_places(strain_form *form)
@@ -562,19 +540,6 @@ FOR_EACH_PROCESSOR static void move(strain_form *form, const lanes *step, const 
     }
     if (form->moment_at >= 0) {
         subtract(form->end_moment, step + form->moment_at, share);
-    }
-    if (form->shift_at >= 0) {
-        subtract(form->start_r, step + form->shift_at, share);
-    }
-    if (form->turn_at >= 0) {
-        lanes turn[3], q[4], next[4];
-        for (int c = 0; c < 3; c++) {
-            turn[c] = -*share * step[form->turn_at + c];
-        }
-        exponential(turn, q);
-        lanes_quaternion_product(q, form->start_q, next);
-        memcpy(form->start_q, next, sizeof next);
-        normalise(form->start_q);
     }
 }
 
