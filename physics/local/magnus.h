@@ -5,24 +5,33 @@
 
 #include "physics/local/strain_algebra.h"
 
-/* q at the end of a step with terms a1, a2, a3. */
-PROCESSOR_INLINE void step_on(lanes a[3][3], lanes q[4])
+/* The turn w of a step with terms a1, a2, a3, and what it is made of: it is a1 + a3/12 + [with,
+ * sum]/240, with first = 2 a3 + [a2, a1]. */
+PROCESSOR_INLINE void magnus_turn(lanes a[3][3], lanes first[3], lanes sum[3], lanes with[3],
+                                  lanes w[3])
 {
-    lanes c1[3], c2[3], sum[3], with[3], last[3], turn[4], next[4];
+    lanes c1[3], c2[3], last[3];
     lanes_vector_cross(a[1], a[0], c1);
     for (int i = 0; i < 3; i++) {
-        sum[i] = 2 * a[2][i] + c1[i];
+        first[i] = 2 * a[2][i] + c1[i];
     }
-    lanes_vector_cross(a[0], sum, c2); /* - [a1, 2 a3 + c1]/60, turned about */
+    lanes_vector_cross(a[0], first, c2); /* - [a1, 2 a3 + c1]/60, turned about */
     for (int i = 0; i < 3; i++) {
         sum[i] = -20 * a[0][i] - a[2][i] + c1[i];
         with[i] = a[1][i] + c2[i] * (1.0 / 60);
     }
     lanes_vector_cross(with, sum, last);
     for (int i = 0; i < 3; i++) {
-        sum[i] = a[0][i] + a[2][i] * (1.0 / 12) + last[i] * (1.0 / 240);
+        w[i] = a[0][i] + a[2][i] * (1.0 / 12) + last[i] * (1.0 / 240);
     }
-    exponential(sum, turn);
+}
+
+/* q at the end of such a step. */
+PROCESSOR_INLINE void step_on(lanes a[3][3], lanes q[4])
+{
+    lanes first[3], sum[3], with[3], w[3], turn[4], next[4];
+    magnus_turn(a, first, sum, with, w);
+    exponential(w, turn);
     lanes_quaternion_product(q, turn, next);
     memcpy(q, next, sizeof next);
 }
@@ -34,18 +43,8 @@ PROCESSOR_INLINE void step_change(lanes a[3][3], lanes R[3][3], lanes by[3][3][3
 {
     enum { TERMS = 12 }; /* beyond 1e-15 of 3^2 */
     lanes c1[3], c2[3], first[3], sum[3], with[3], last[3], w[3], square = NO_LANES;
-    lanes_vector_cross(a[1], a[0], c1);
+    magnus_turn(a, first, sum, with, w);
     for (int i = 0; i < 3; i++) {
-        first[i] = 2 * a[2][i] + c1[i];
-    }
-    lanes_vector_cross(a[0], first, c2);
-    for (int i = 0; i < 3; i++) {
-        sum[i] = -20 * a[0][i] - a[2][i] + c1[i];
-        with[i] = a[1][i] + c2[i] * (1.0 / 60);
-    }
-    lanes_vector_cross(with, sum, last);
-    for (int i = 0; i < 3; i++) {
-        w[i] = a[0][i] + a[2][i] * (1.0 / 12) + last[i] * (1.0 / 240);
         square += w[i] * w[i];
     }
     lanes once = NO_LANES + 1, twice = NO_LANES + 1;

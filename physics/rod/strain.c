@@ -18,9 +18,10 @@ static void member_of(const scene *open, int number, scene *member)
     const int count = open->parameter_count, at_ends = 2 + 2 * count;
     double values[SCENE_PARAMETERS_MAX];
     for (int i = 0; i < count; i++) {
-        const double drawn = (number - at_ends + 1) * sqrt(2 + 3 * i);
         const bool moves = number < 2 || (number - 2) / 2 == i;
-        const double fraction = number >= at_ends ? drawn - floor(drawn) : moves ? number % 2 : 0.5;
+        const double fraction = number >= at_ends ? scene_spread_fraction(number - at_ends, i)
+                                : moves           ? number % 2
+                                                  : 0.5;
         values[i] = scene_parameter_at(&open->parameters[i], fraction);
     }
     scene_member(open, values, member);

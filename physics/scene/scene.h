@@ -421,6 +421,12 @@ double scene_parameter_at(const scene_parameter *parameter, double fraction);
 double scene_parameter_fraction(const scene_parameter *parameter, double value);
 bool scene_parameter_holds(const scene_parameter *parameter, double value); /* but for rounding */
 
+/* How the value changes with the fraction, where it is that. */
+double scene_parameter_slope(const scene_parameter *parameter, double value);
+
+/* The fraction of parameter i of member `number` of some that are spread over their ranges. */
+double scene_spread_fraction(int number, int i);
+
 /* Whether a parameter is what a robot is moved by: what pulls, a held end or the insertion, a field
  * of magnets or how a tube is turned depends on it. */
 bool scene_parameter_actuates(const scene *family, int index);

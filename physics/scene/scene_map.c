@@ -119,8 +119,8 @@ static bool member_at(const mapping *map, int number, double *fractions)
 {
     const int corners = map->on < CORNERS_OF ? 1 << map->on : 0;
     for (int i = 0; i < map->on; i++) {
-        const double drawn = (number - corners + 1) * sqrt(2 + 3 * i);
-        fractions[i] = number < corners ? (number >> i) & 1 : drawn - floor(drawn);
+        fractions[i] =
+            number < corners ? (number >> i) & 1 : scene_spread_fraction(number - corners, i);
     }
     return number < corners + SPREAD;
 }

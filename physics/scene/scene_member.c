@@ -26,6 +26,18 @@ double scene_parameter_fraction(const scene_parameter *parameter, double value)
                : (value - parameter->low) / (parameter->high - parameter->low);
 }
 
+double scene_parameter_slope(const scene_parameter *parameter, double value)
+{
+    return parameter->scale == SCENE_LOG ? value * log(parameter->high / parameter->low)
+                                         : parameter->high - parameter->low;
+}
+
+double scene_spread_fraction(int number, int i)
+{
+    const double drawn = (number + 1) * sqrt(2 + 3 * i);
+    return drawn - floor(drawn);
+}
+
 double scene_unknown_scalar(const scene_parameter *parameter, double guess)
 {
     static const double EDGE = 1e-2;

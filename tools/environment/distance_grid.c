@@ -128,7 +128,7 @@ ad_status distance_grid_create(const environment *of, environment_side side, siz
     return AD_OK;
 }
 
-ad_status distance_grid_beside(const environment *of, environment_side side, distance_grid **result,
+static ad_status create_beside(const environment *of, environment_side side, distance_grid **result,
                                ad_error *error)
 {
     enum { NODES = 400000 };
@@ -143,6 +143,14 @@ ad_status distance_grid_beside(const environment *of, environment_side side, dis
     const ad_status status = distance_grid_create(of, side, NODES, kept, result, error);
     free(kept);
     return status;
+}
+
+ad_status distance_grid_open(const environment_settings *of, double length, environment **around,
+                             distance_grid **grid, ad_error *error)
+{
+    const ad_status status = environment_open(of, length, around, error);
+    *grid = NULL;
+    return status == AD_OK ? create_beside(*around, of->side, grid, error) : status;
 }
 
 void distance_grid_free(distance_grid *of)

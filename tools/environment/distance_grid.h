@@ -16,9 +16,11 @@ typedef struct distance_grid {
  * else written, if that can be; NULL: nowhere. AD_NO_MEMORY. */
 ad_status distance_grid_create(const environment *of, environment_side side, size_t nodes,
                                const char *file, distance_grid **result, ad_error *error);
-/* The one that is kept beside the surface, as NAME.distances.h5, fine enough for searches. */
-ad_status distance_grid_beside(const environment *of, environment_side side, distance_grid **result,
-                               ad_error *error);
+/* The surface of settings, and its grid, which is fine enough for searches and kept beside the file
+ * as NAME.distances.h5. What was made is the caller's, also where it fails. Errors of
+ * environment_open and distance_grid_create. */
+ad_status distance_grid_open(const environment_settings *of, double length, environment **around,
+                             distance_grid **grid, ad_error *error);
 void distance_grid_free(distance_grid *of); /* NULL is allowed */
 
 /* Distances differ by no more than the points do, so an interpolated one is off by no more than the

@@ -2,6 +2,7 @@
 
 #include "physics/chain/reduced.h"
 #include "physics/numerics/gauss.h"
+#include "physics/numerics/quaternion.h"
 #include "tools/train/clock.h"
 
 #include <math.h>
@@ -397,11 +398,6 @@ ad_status optimize_motion_create(const optimize_motion_settings *settings, const
 
 /* ---- running ------------------------------------------------------------------------------- */
 
-static double distance(const double a[3], const double b[3])
-{
-    return hypot(hypot(a[0] - b[0], a[1] - b[1]), a[2] - b[2]);
-}
-
 /* Steps of Radau's method with these inputs, from rest to rest of a rod with such modes. */
 static ad_status replay(const optimize_motion *o, const int *modes, optimize_replay *found,
                         double *way, ad_error *error)
@@ -436,10 +432,9 @@ static ad_status replay(const optimize_motion *o, const int *modes, optimize_rep
     status =
         status == AD_OK ? reduced_output(rod, 0, state, o->given[1], &now, NULL, error) : status;
     if (status == AD_OK) {
-        const double none[3] = {0};
-        found->off = distance(now.position, place[1].position);
-        found->speed = distance(now.velocity, none);
-        *way = distance(place[0].position, place[1].position);
+        found->off = vector_distance(now.position, place[1].position);
+        found->speed = sqrt(vector_dot(now.velocity, now.velocity));
+        *way = vector_distance(place[0].position, place[1].position);
     }
     free(state);
     reduced_free(rod);

@@ -88,9 +88,9 @@ struct optimization {
 ad_status optimize_shape(optimization *o, ad_error *error);
 
 /* Values at x, and with derivatives, which take most of the time; false where a member is not
- * solved: its objective and rows are then NaN. */
+ * solved: its objective and rows are then NaN. The last is what a descent asks (descent.h). */
 bool optimize_look(optimization *o, const double *x);
-bool optimize_at(optimization *o, const double *x);
+bool optimize_at(void *o, const double *x);
 
 /* The values of parameters that a scenario has with x. */
 void optimize_given(const optimization *o, const double *x, size_t scenario, double *parameters);

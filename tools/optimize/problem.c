@@ -103,12 +103,6 @@ void optimize_given(const optimization *o, const double *x, size_t scenario, dou
     }
 }
 
-/* Derivative of a parameter by the fraction of its range. */
-static double slope(const scene_parameter *of, double value)
-{
-    return of->scale == SCENE_LOG ? value * log(of->high / of->low) : of->high - of->low;
-}
-
 /* The derivatives of a row by the variables of its case, `to` [shared + each], added times a
  * factor. */
 static void add_by_variables(const optimization *o, size_t scenario, const double *by_parameters,
@@ -120,7 +114,8 @@ static void add_by_variables(const optimization *o, size_t scenario, const doubl
                                                    : NULL;
         if (to) {
             const double value = o->given[scenario * (size_t)o->parameters + (size_t)p];
-            to[o->index[p]] += factor * by_parameters[p] * slope(&o->family->parameters[p], value);
+            to[o->index[p]] +=
+                factor * by_parameters[p] * scene_parameter_slope(&o->family->parameters[p], value);
         }
     }
 }
@@ -269,7 +264,7 @@ bool optimize_look(optimization *o, const double *x)
     return find(o, x, false);
 }
 
-bool optimize_at(optimization *o, const double *x)
+bool optimize_at(void *o, const double *x)
 {
     return find(o, x, true);
 }
@@ -341,11 +336,6 @@ static void find_entries(const optimization *o, int *row, int *column)
     }
 }
 
-static bool at(void *of, const double *x)
-{
-    return optimize_at(of, x);
-}
-
 ad_status optimize_descend(optimization *o, int *steps, bool *converged, ad_error *error)
 {
     double *limits = malloc((2 * o->n + 2 * o->m + 1) * sizeof *limits);
@@ -366,7 +356,7 @@ ad_status optimize_descend(optimization *o, int *steps, bool *converged, ad_erro
                            .row_high = row_high,
                            .row_of = entries,
                            .column_of = entries + o->nonzeros,
-                           .at = at,
+                           .at = optimize_at,
                            .of = o,
                            .value = &o->value,
                            .gradient = o->gradient,

@@ -195,11 +195,9 @@ static ad_status open_surroundings(controlling *controlling, ad_error *error)
     if (!wanted) {
         return AD_OK;
     }
-    ad_status status = environment_open(&c->environment, scene_length(&controlling->nominal->scene),
-                                        &controlling->environment, error);
-    status = status == AD_OK ? distance_grid_beside(controlling->environment, c->environment.side,
-                                                    &controlling->grid, error)
-                             : status;
+    const ad_status status =
+        distance_grid_open(&c->environment, scene_length(&controlling->nominal->scene),
+                           &controlling->environment, &controlling->grid, error);
     if (status == AD_OK) {
         controlling->around =
             (surroundings){controlling->grid->field, of_line, controlling->environment};

@@ -174,15 +174,6 @@ static ad_status read_scene(planning *p, ad_error *error)
     return status;
 }
 
-static ad_status open_environment(planning *p, ad_error *error)
-{
-    const environment_settings *const s = &p->read->plan.environment;
-    const ad_status status =
-        environment_open(s, scene_length(&p->read->scene), &p->environment, error);
-    return status == AD_OK ? distance_grid_beside(p->environment, s->side, &p->grid, error)
-                           : status;
-}
-
 /* What a roadmap depends on, beside its variables and how near it goes to the surface. */
 static ad_status seal(const planning *p, roadmap_settings *of, ad_error *error)
 {
@@ -391,7 +382,10 @@ static ad_status run(planning *p, ad_error *error)
     status = status == AD_OK && o->shapes ? shapes_check_path(o->shapes, error) : status;
     status = status == AD_OK ? json_check_path(o->json, error) : status;
     status = status == AD_OK ? read_scene(p, error) : status;
-    status = status == AD_OK ? open_environment(p, error) : status;
+    status = status == AD_OK
+                 ? distance_grid_open(&p->read->plan.environment, scene_length(&p->read->scene),
+                                      &p->environment, &p->grid, error)
+                 : status;
     if (status == AD_OK) {
         status = plan_exact_create(&p->robot, &p->read->scene, EXACT_POINTS, p->read->plan.from,
                                    &p->exact, error);

@@ -46,11 +46,8 @@ static ad_status open_wall(const config *scene, export_model *model, export_wall
     }
     ad_status status = check_shape(&model->family, plan->from, error);
     if (status == AD_OK) {
-        status = environment_open(&plan->environment, scene_length(model->family.open),
-                                  &to->environment, error);
-    }
-    if (status == AD_OK) {
-        status = distance_grid_beside(to->environment, plan->environment.side, &to->grid, error);
+        status = distance_grid_open(&plan->environment, scene_length(model->family.open),
+                                    &to->environment, &to->grid, error);
     }
     if (status == AD_OK) {
         to->wall = (export_wall){&to->grid->field, distance_grid_error(to->grid), plan->radius,

@@ -109,12 +109,6 @@ static void find_singular(size_t count, double a[3][SCENE_PARAMETERS_MAX], doubl
     }
 }
 
-/* How a parameter changes with its fraction. */
-static double rate_of(const scene_parameter *p, double value)
-{
-    return p->scale == SCENE_LOG ? value * log(p->high / p->low) : p->high - p->low;
-}
-
 /* Of a member of some that were asked for. */
 static void take(workspace *w, size_t member, const samples *from, size_t which)
 {
@@ -126,10 +120,10 @@ static void take(workspace *w, size_t member, const samples *from, size_t which)
     for (size_t k = 0; k < 3; k++) {
         own_column(w, X + (int)k)[member] = from->values[k * rows + tip];
         for (size_t j = 0; j < count; j++) {
-            by[k][j] = w->moves[j]
-                           ? from->slopes[(k * count + j) * rows + tip] *
-                                 rate_of(&w->of->parameters[j], w->parameters[member * count + j])
-                           : 0;
+            by[k][j] = w->moves[j] ? from->slopes[(k * count + j) * rows + tip] *
+                                         scene_parameter_slope(&w->of->parameters[j],
+                                                               w->parameters[member * count + j])
+                                   : 0;
             known = known && isfinite(by[k][j]);
         }
     }

@@ -38,8 +38,7 @@ void identified_inform(identified *result, const scene *open, double *matrix)
     for (int i = 0; i < result->count; i++) {
         const scene_parameter *p = &open->parameters[scene_known_count(open) + i];
         result->deviation[i] =
-            result->information.deviation[i] *
-            (p->scale == SCENE_LOG ? result->value[i] * log(p->high / p->low) : p->high - p->low);
+            result->information.deviation[i] * scene_parameter_slope(p, result->value[i]);
     }
 }
 
