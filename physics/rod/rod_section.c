@@ -120,6 +120,10 @@ ad_value rod_section_record(const scene *family, rod_section which, ad_value s,
 {
     const char *names[SCENE_PARAMETERS_MAX];
     scene open = *family, one;
+    if (which == ROD_SECTION_CURVATURE || which == ROD_SECTION_SHEAR) {
+        const int first = which == ROD_SECTION_CURVATURE ? 3 : 0;
+        return size_of(ad_row(strains, first), ad_row(strains, first + 1));
+    }
     open.motion = SCENE_SPATIAL; /* everything in the frame of the world */
     scene_middle(&open, &one);
     for (int i = 0; i < open.parameter_count; i++) {

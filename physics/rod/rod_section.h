@@ -13,7 +13,9 @@
     X(ROD_SECTION_M2, "m2")                                                                        \
     X(ROD_SECTION_M3, "m3")                                                                        \
     X(ROD_SECTION_ENERGY, "energy_density") /* elastic, J for each m of s */                       \
-    X(ROD_SECTION_STRAIN, "strain")         /* the largest of all fibres along the rod, by size */
+    X(ROD_SECTION_STRAIN, "strain")         /* the largest of all fibres along the rod, by size */ \
+    X(ROD_SECTION_CURVATURE, "curvature")   /* of bending, 1/m */                                  \
+    X(ROD_SECTION_SHEAR, "shear")
 typedef enum rod_section {
 #define ROD_SECTION_ENUM(value, name) value,
     ROD_SECTION_LIST(ROD_SECTION_ENUM)

@@ -36,13 +36,7 @@ struct response {
 
 /* ---- names --------------------------------------------------------------------------------- */
 
-enum { Q = 3, V = 7, U = 10 };
-
-/* With a slope at 0, which is 0. */
-static ad_value root_of_squares(ad_value a, ad_value b)
-{
-    return ad_sqrt(ad_add(ad_add(ad_square(a), ad_square(b)), ad_scalar(a.tape, 1e-200)));
-}
+enum { Q = 3, V = 7 };
 
 static ad_value axis(ad_value shape, int k)
 {
@@ -92,7 +86,7 @@ static ad_value section_of(const recording *r, rod_section which, int place, ad_
 
 /* Of a name: a column of shapes, a component of the axis, or what follows from strains. */
 typedef struct output {
-    enum { OUTPUT_COLUMN, OUTPUT_AXIS, OUTPUT_SIZE, OUTPUT_SECTION } kind;
+    enum { OUTPUT_COLUMN, OUTPUT_AXIS, OUTPUT_SECTION } kind;
     int which;
 } output;
 
@@ -115,10 +109,8 @@ static bool find_output(const scene *family, const char *name, output *found)
         *found = (output){OUTPUT_COLUMN, CLEARANCE};
         return true;
     }
-    const bool bends = strcmp(name, "curvature") == 0, shears = strcmp(name, "shear") == 0;
-    const bool is_axis = name[0] == 't' && name[1] >= 'x' && name[1] <= 'z' && !name[2];
-    *found = is_axis ? (output){OUTPUT_AXIS, name[1] - 'x'} : (output){OUTPUT_SIZE, bends ? U : V};
-    return is_axis || bends || shears;
+    *found = (output){OUTPUT_AXIS, name[0] ? name[1] - 'x' : 0};
+    return name[0] == 't' && name[1] >= 'x' && name[1] <= 'z' && !name[2];
 }
 
 /* Of a shape [WIDTH] along the rod, or at a place. */
@@ -129,8 +121,6 @@ static ad_value record_output(const recording *r, output of, int place, ad_value
         return ad_row(shape, of.which);
     case OUTPUT_AXIS:
         return axis(shape, of.which);
-    case OUTPUT_SIZE:
-        return root_of_squares(ad_row(shape, of.which), ad_row(shape, of.which + 1));
     default:
         return section_of(r, of.which, place, shape);
     }
