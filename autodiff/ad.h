@@ -288,8 +288,7 @@ typedef struct ad_program_info {
 } ad_program_info;
 
 /* Compile what `outputs` need. The tape may be freed afterwards; `pool` must outlive the program.
- * Debug builds and the tests verify every program against its tape: AD_BAD_PROGRAM means a fault of
- * the compiler. */
+ * The tests verify every program against its tape: AD_BAD_PROGRAM means a fault of the compiler. */
 ad_status ad_compile(int count, const ad_value *outputs, const ad_settings *settings, ad_pool *pool,
                      ad_program **program, ad_error *error);
 void ad_program_free(ad_program *program);

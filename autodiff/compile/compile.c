@@ -8,6 +8,8 @@
 #include <string.h>
 #include <unistd.h>
 
+ad_status (*ad_program_check)(const ad_program *program, ad_error *error);
+
 /* Tiles are whole strips of products (products.c) for every instruction set. */
 enum {
     TILE_STRIP = 24,
@@ -468,8 +470,8 @@ ad_status ad_compile(int count, const ad_value *outputs, const ad_settings *sett
     if (status == AD_OK && !build(&c)) {
         status = no_memory(error);
     }
-    if (status == AD_OK && ad_verifies_programs) {
-        status = ad_program_verify(program, error);
+    if (status == AD_OK && ad_program_check) {
+        status = ad_program_check(program, error);
     }
     free(c.needed);
     free(c.stage);

@@ -174,11 +174,9 @@ static inline int spread_of(const ad_tape *tape, int id)
     return n->op == OP_SPREAD ? tape->arguments[n->first] : -1;
 }
 
-/* verify_default.c: verifying takes as long as compiling. */
-extern const int ad_verifies_programs;
-
-/* AD_BAD_PROGRAM with the first thing that is wrong (verify.c). */
-ad_status ad_program_verify(const ad_program *program, ad_error *error);
+/* NULL, or what tests have in its place, tests/helpers/verify.c: AD_BAD_PROGRAM with the first
+ * thing that is wrong. It takes as long as compiling. */
+extern ad_status (*ad_program_check)(const ad_program *program, ad_error *error);
 
 /* Evaluate the uniform nodes of a pass, in order (uniform.c). */
 void ad_uniform_evaluate(ad_program *program, const pass *p, const ad_run *run);

@@ -1,4 +1,7 @@
-/* Every program that a test compiles is verified, in release builds as well. */
-#include "autodiff/compile/program.h"
+/* Every program that is compiled is verified: by tests, and by programs that are watched. */
+#include "verify.h"
 
-const int ad_verifies_programs = 1;
+static __attribute__((constructor)) void verify_programs(void)
+{
+    ad_program_check = ad_program_verify;
+}

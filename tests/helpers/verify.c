@@ -7,7 +7,7 @@
  * Groups are replayed twice, with all rows in one piece and with one row in each. Any other piece
  * lies in between: an instruction that reads row r after an earlier one wrote row q is in order for
  * every piece when q <= r, which one row finds, or wrong for whole blocks already. */
-#include "autodiff/compile/verify.h"
+#include "verify.h"
 
 #include <stdarg.h>
 #include <stdio.h>

@@ -1,4 +1,4 @@
-#include "autodiff/compile/formulas.h"
+#include "formulas.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,5 +1,5 @@
 /* Does every uniform value have numbers of its own, and are they there before they are read? */
-#include "autodiff/compile/verify.h"
+#include "verify.h"
 
 #include <string.h>
 

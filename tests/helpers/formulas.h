@@ -1,6 +1,5 @@
 /* What a program has to compute: a number for every row of every batch value of its tape, and of
- * those of members, by the formula that makes it; equal formulas have one number. Private to
- * autodiff. */
+ * those of members, by the formula that makes it; equal formulas have one number. */
 #ifndef AD_FORMULAS_H
 #define AD_FORMULAS_H
 

@@ -1,8 +1,8 @@
-/* Inside of the verifier (verify.c, verify_uniform.c). Private to autodiff. */
+/* Inside of the verifier (verify.c, verify_uniform.c). */
 #ifndef AD_VERIFY_H
 #define AD_VERIFY_H
 
-#include "autodiff/compile/formulas.h"
+#include "formulas.h"
 
 typedef struct verifier {
     const ad_program *program;
@@ -19,6 +19,9 @@ typedef struct verifier {
     ad_status status;
     ad_error *error;
 } verifier;
+
+/* AD_BAD_PROGRAM with the first thing that is wrong. */
+ad_status ad_program_verify(const ad_program *program, ad_error *error);
 
 /* Notes the first thing that is wrong; returns false. */
 bool ad_verify_wrong(verifier *v, const char *format, ...) __attribute__((format(printf, 2, 3)));
