@@ -466,6 +466,50 @@ int model_add_term(physics_model *m, const char *name, int set, double weight,
     return m->term_count++;
 }
 
+void model_set_periodic(physics_model *m, int coordinate)
+{
+    if (coordinate < 0 || coordinate >= m->domain.count || coordinate == m->domain.time) {
+        refuse(m, "periodic", "", "a coordinate that has been added, but not time");
+    } else {
+        m->domain.coordinates[coordinate].periodic = true;
+    }
+}
+
+static ad_value condition_residual(const void *context, const domain_place *at,
+                                   const ad_value *fields)
+{
+    const model_condition *c = context;
+    const ad_value given = ad_row(fields[c->field], c->row);
+    return ad_sub(c->order > 0 ? ad_derivative(given, at->x[c->coordinate], c->order) : given,
+                  c->value(c->context, at));
+}
+
+int model_add_condition(physics_model *m, const char *name, model_condition condition, int end)
+{
+    const model_condition *c = &condition;
+    if (m->condition_count == MODEL_SETS_MAX || c->field < 0 || c->field >= m->field_count ||
+        c->row < 0 || c->row >= m->field_rows[c->field] || c->order < 0 || !c->value) {
+        return refuse(m, "condition", name,
+                      "16, each of a row of a field that has been added, with a function that "
+                      "records its value");
+    }
+    m->conditions[m->condition_count] = condition;
+    return model_add_term(m, name, model_add_face(m, name, c->coordinate, end), 100,
+                          condition_residual, &m->conditions[m->condition_count++]);
+}
+
+int model_add_unknown(physics_model *m, const char *name, const char *unit, double guess)
+{
+    if (m->own_unknown_count == MODEL_UNKNOWNS_MAX || !is_name(name, MODEL_NAME) ||
+        !(guess > -1e300 && guess < 1e300)) {
+        return refuse(m, "unknown", name, "8 with names of 1 to 31 letters and a finite guess");
+    }
+    model_unknown *unknown = &m->own_unknowns[m->own_unknown_count];
+    *unknown = (model_unknown){.unit = unit, .guess = guess};
+    snprintf(unknown->name, sizeof unknown->name, "%s", name);
+    return m->own_unknown_count++;
+}
+
 ad_status model_check(const physics_model *m, ad_error *error)
 {
     double weights = 0;

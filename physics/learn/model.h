@@ -22,6 +22,7 @@ enum {
     MODEL_SETS_MAX = 16,
     MODEL_TERMS_MAX = 24,
     MODEL_COLUMNS_MAX = 32,
+    MODEL_UNKNOWNS_MAX = 8,
     MODEL_NAME = 32,
     MODEL_STATE_ROWS_MAX = 13
 };
@@ -91,6 +92,28 @@ typedef struct model_term {
     model_residual *residual;
     const void *context;
 } model_term;
+
+/* ---- conditions and unknowns of one's own ------------------------------------------------------
+ */
+
+/* What a field or a slope of it is on a face: one row, recorded at a place. `context` is borrowed.
+ */
+typedef ad_value model_value(const void *context, const domain_place *at);
+
+/* The derivative of that order by the coordinate, dimensionless, of a row of a field on the face
+ * that the condition's set is. */
+typedef struct model_condition {
+    int field, row, coordinate, order;
+    model_value *value;
+    const void *context;
+} model_condition;
+
+/* A number that is found from data with the solution. */
+typedef struct model_unknown {
+    char name[MODEL_NAME];
+    const char *unit; /* of the SI, static text */
+    double guess;     /* in this unit */
+} model_unknown;
 
 /* ---- observables --------------------------------------------------------------------------- */
 
@@ -187,6 +210,10 @@ struct physics_model {
     model_set sets[MODEL_SETS_MAX];
     int term_count;
     model_term terms[MODEL_TERMS_MAX];
+    int condition_count;
+    model_condition conditions[MODEL_SETS_MAX];
+    int own_unknown_count;
+    model_unknown own_unknowns[MODEL_UNKNOWNS_MAX];
 
     /* Observables in SI units: position_columns and then rotation_columns come first. */
     const model_column *columns;
@@ -270,6 +297,18 @@ int model_add_given(physics_model *m, const char *name, const model_source *sour
 
 int model_add_term(physics_model *m, const char *name, int set, double weight,
                    model_residual *residual, const void *context);
+
+/* A coordinate without ends: what is at its low end is at its high one, with all derivatives. */
+void model_set_periodic(physics_model *m, int coordinate);
+
+/* On the face where `coordinate` is at its low (0) or high (1) end, the derivative of that order by
+ * this coordinate (0: the value itself) of a row of a field is what `value` records. It is a face
+ * and a term, of weight 100, with this name; the index is that of the term. */
+int model_add_condition(physics_model *m, const char *name, model_condition condition, int end);
+
+/* A number that is found from data; residuals have it as row `index` of at->unknowns, in its unit
+ * of the SI (static text, may be ""). Models with such numbers are solved by patches_fit. */
+int model_add_unknown(physics_model *m, const char *name, const char *unit, double guess);
 
 /* AD_OK, or why the model is not one: an error of the functions above, no field, no term. */
 ad_status model_check(const physics_model *m, ad_error *error);

@@ -27,6 +27,7 @@ typedef struct domain_coordinate {
     double low, high;       /* range, dimensionless; low < high */
     double scale;           /* what one is in that unit */
     bool logarithmic;       /* points and networks go by its logarithm; 0 < low */
+    bool periodic;          /* what is at `low` is at `high`, with all derivatives */
 } domain_coordinate;
 
 typedef struct domain {
