@@ -8,10 +8,12 @@ domain rod_domain_of(const scene *rod_scene)
 {
     rod_scales scales = rod_scales_of(rod_scene);
     domain d = {.count = 1, .time = -1, .windows = 1};
-    d.coordinates[0] = (domain_coordinate){"s", "m", 0, 1, scales.length, false};
+    d.coordinates[0] =
+        (domain_coordinate){.name = "s", .unit = "m", .low = 0, .high = 1, .scale = scales.length};
     if (scene_is_dynamic(rod_scene)) {
         double duration = scene_duration(rod_scene) / scales.time;
-        d.coordinates[1] = (domain_coordinate){"t", "s", 0, duration, scales.time, false};
+        d.coordinates[1] = (domain_coordinate){
+            .name = "t", .unit = "s", .low = 0, .high = duration, .scale = scales.time};
         d.count = 2;
         d.time = 1;
         d.windows = rod_scene->windows;
