@@ -97,8 +97,8 @@ static response *make_of(const scene *family, const char *text, ad_error *error)
     static const char *const parameter[] = {"a", "b", "c"}, *const column[] = {"goal"};
     static const char *const place[] = {"tip", "middle"};
     static const double at[] = {2, 0.5};
-    const response_scope scope = {family, COUNT, 1,      2,      parameter, column,
-                                  place,  at,    places, around, 0.25};
+    const response_scope scope = {family, COUNT,  1,      2,    parameter, column, place,
+                                  at,     places, around, 0.25, false,     0};
     response *r = NULL;
     response_create(text, &scope, POINTS, &r, error);
     return r;

@@ -80,145 +80,37 @@ static ad_status give_roles(optimization *o, char *key, ad_error *error)
     return status;
 }
 
-/* ---- places -------------------------------------------------------------------------------- */
+/* ---- formulas ------------------------------------------------------------------------------ */
 
-/* Points along the rod, and the named places among them: the end is the first. */
 static ad_status put_places(optimization *o, char *key, ad_error *error)
 {
-    const optimize_settings *settings = o->settings;
     const double length = scene_length(o->family);
-    const size_t even = (size_t)settings->points;
-    double at[OPTIMIZE_PLACES_MAX + 1] = {length};
-    for (int i = 0; i < settings->place_count; i++) {
-        const optimize_place *place = &settings->places[i];
-        snprintf(key, OPTIMIZE_KEY_MAX, "optimize.places[%d]", i);
-        if (!place->name || isnan(place->at)) {
-            return ad_fail(error, AD_BAD_INPUT, "has no name, or no place; give it both");
-        }
-        if (strcmp(place->name, "tip") == 0) {
-            return ad_fail(error, AD_BAD_INPUT,
-                           "is called tip, which is the end of the rod; choose another name");
-        }
-        if (place->at < 0 || place->at > length) {
-            return ad_fail(error, AD_BAD_INPUT, "is at %g m; allowed: 0 to %g m", place->at,
-                           length);
-        }
-        at[1 + i] = place->at;
-    }
-    o->s = malloc((even + OPTIMIZE_PLACES_MAX) * sizeof *o->s);
+    o->s = malloc(((size_t)o->settings->points + OPTIMIZE_PLACES_MAX) * sizeof *o->s);
     if (!o->s) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for an optimisation");
     }
-    o->points = sampling_along(length, even, (size_t)settings->place_count + 1, at, o->s);
-    for (int i = 0; i <= settings->place_count; i++) {
-        for (size_t j = 0; j < o->points; j++) {
-            if (o->s[j] == at[i]) {
-                o->place[i] = j;
-            }
-        }
-    }
-    return AD_OK;
+    return optimize_put_places(o->settings, length, (size_t)o->settings->points, o->s, &o->points,
+                               o->place, key, error);
 }
 
-/* ---- formulas ------------------------------------------------------------------------------ */
-
-static ad_status make(optimization *o, const char *text, response **result, ad_error *error)
+static response_scope scope_of(const optimization *o, optimize_names *names)
 {
-    const char *parameter[OPTIMIZE_NAMES_MAX], *column[OPTIMIZE_NAMES_MAX];
-    const char *place[OPTIMIZE_PLACES_MAX + 1] = {"tip"};
-    double at[OPTIMIZE_PLACES_MAX + 1];
-    for (int i = 0; i < o->parameters; i++) {
-        parameter[i] = o->family->parameters[i].name;
-    }
+    response_scope scope = optimize_scope(o->settings, o->family, o->s, o->place, names);
     for (int i = 0; i < o->cases.columns; i++) {
-        column[i] = o->cases.name[i];
+        names->column[i] = o->cases.name[i];
     }
-    for (int i = 0; i < o->settings->place_count; i++) {
-        place[1 + i] = o->settings->places[i].name;
-    }
-    for (int i = 0; i <= o->settings->place_count; i++) {
-        at[i] = o->s[o->place[i]];
-    }
-    const response_scope scope = {.family = o->family,
-                                  .parameters = o->parameters,
-                                  .parameter = parameter,
-                                  .columns = o->cases.columns,
-                                  .column = column,
-                                  .places = 1 + o->settings->place_count,
-                                  .place = place,
-                                  .at = at,
-                                  .s = o->s,
-                                  .around = o->around,
-                                  .radius = o->settings->radius};
-    return response_create(text, &scope, o->points, result, error);
+    scope.columns = o->cases.columns;
+    scope.around = o->around;
+    return scope;
 }
 
-/* "tip.z >= 0.1", "0.1 <= tip.z <= 0.2", "tip.z = 0.1": the formula and its bounds. */
-static ad_status read_constraint(optimization *o, const char *text, optimize_constraint *c,
-                                 ad_error *error)
+static ad_status read_constraint(const optimization *o, const response_scope *scope,
+                                 const char *text, optimize_constraint *c, ad_error *error)
 {
-    char copy[400], *part[3] = {copy};
-    char sign[2] = {0};
-    int parts = 1;
-    if (snprintf(copy, sizeof copy, "%s", text) >= (int)sizeof copy) {
-        return ad_fail(error, AD_BAD_INPUT, "is longer than %zu characters", sizeof copy - 1);
-    }
-    for (char *p = copy; *p; p++) {
-        if (*p == '<' || *p == '>' || *p == '=') {
-            if (parts == 3) {
-                return ad_fail(error, AD_BAD_INPUT, "has more than two comparisons");
-            }
-            sign[parts - 1] = *p;
-            *p = '\0';
-            while (p[1] == '=') {
-                *++p = '\0';
-            }
-            part[parts++] = p + 1;
-        }
-    }
-    if (parts == 1) {
-        return ad_fail(error, AD_BAD_INPUT,
-                       "compares nothing; allowed: FORMULA <= NUMBER, >=, =, or both bounds, "
-                       "0.1 <= FORMULA <= 0.2");
-    }
-    double bound[2];
-    quantities *names = quantities_create();
-    const int middle = parts == 3 ? 1 : 0;
-    bool numbers = names != NULL;
-    for (int i = 0, k = 0; i < parts && numbers; i++) {
-        if (i != middle) {
-            numbers = quantity_is_number(quantity_formula(names, part[i]), &bound[k++]);
-        }
-    }
-    quantities_free(names);
-    if (!numbers) {
-        return ad_fail(error, AD_BAD_INPUT,
-                       "is to compare with a number; write FORMULA <= NUMBER, with all that "
-                       "varies in the formula");
-    }
-    c->low = -INFINITY;
-    c->high = INFINITY;
-    if (parts == 3) {
-        const bool up = sign[0] == '<' && sign[1] == '<', down = sign[0] == '>' && sign[1] == '>';
-        c->low = up ? bound[0] : bound[1];
-        c->high = up ? bound[1] : bound[0];
-        if ((!up && !down) || c->low > c->high) {
-            return ad_fail(error, AD_BAD_INPUT,
-                           "has no bounds one below the other; write 0.1 <= FORMULA <= 0.2");
-        }
-    } else {
-        c->low = sign[0] == '<' ? -INFINITY : bound[0];
-        c->high = sign[0] == '>' ? INFINITY : bound[0];
-    }
-    ad_status status = make(o, part[middle], &c->of, error);
+    const ad_status status =
+        optimize_read_constraint(text, scope, o->points, &c->of, &c->low, &c->high, error);
     if (status != AD_OK) {
         return status;
-    }
-    const response_kind kind = response_kind_of(c->of);
-    if ((kind == RESPONSE_MAX && isfinite(c->low)) || (kind == RESPONSE_MIN && isfinite(c->high))) {
-        return ad_fail(error, AD_BAD_INPUT,
-                       "keeps a max from being small or a min from being large; allowed: "
-                       "max(...) <= NUMBER, min(...) >= NUMBER");
     }
     c->rows = response_rows(c->of);
     c->by_shared = !response_needs_shape(c->of) && o->cases.columns == 0;
@@ -230,7 +122,8 @@ static ad_status read_constraint(optimization *o, const char *text, optimize_con
     return AD_OK;
 }
 
-static ad_status make_objective(optimization *o, char *key, ad_error *error)
+static ad_status make_objective(optimization *o, const response_scope *scope, char *key,
+                                ad_error *error)
 {
     const optimize_settings *settings = o->settings;
     snprintf(key, OPTIMIZE_KEY_MAX, "optimize.%s", settings->minimize ? "minimize" : "maximize");
@@ -239,8 +132,8 @@ static ad_status make_objective(optimization *o, char *key, ad_error *error)
     }
     o->sign = settings->minimize ? 1 : -1;
     o->objective_scale = 1;
-    ad_status status =
-        make(o, settings->minimize ? settings->minimize : settings->maximize, &o->objective, error);
+    ad_status status = response_create(settings->minimize ? settings->minimize : settings->maximize,
+                                       scope, o->points, &o->objective, error);
     if (status == AD_OK &&
         response_kind_of(o->objective) == (settings->minimize ? RESPONSE_MIN : RESPONSE_MAX)) {
         status = ad_fail(error, AD_BAD_INPUT,
@@ -267,10 +160,12 @@ ad_status optimize_create(const optimize_settings *settings, const scene *family
     ad_status status = optimize_read_cases(settings, family, &o->cases, key, error);
     status = status == AD_OK ? give_roles(o, key, error) : status;
     status = status == AD_OK ? put_places(o, key, error) : status;
-    status = status == AD_OK ? make_objective(o, key, error) : status;
+    optimize_names names;
+    const response_scope scope = status == AD_OK ? scope_of(o, &names) : (response_scope){0};
+    status = status == AD_OK ? make_objective(o, &scope, key, error) : status;
     for (; status == AD_OK && o->constraints < settings->constraint_count; o->constraints++) {
         snprintf(key, OPTIMIZE_KEY_MAX, "optimize.constraints[%d]", o->constraints);
-        status = read_constraint(o, settings->constraints[o->constraints],
+        status = read_constraint(o, &scope, settings->constraints[o->constraints],
                                  &o->constraint[o->constraints], error);
     }
     o->scenarios = o->cases.count;

@@ -23,6 +23,31 @@ ad_status optimize_read_cases(const optimize_settings *settings, const scene *fa
                               optimize_cases_table *cases, char key[OPTIMIZE_KEY_MAX],
                               ad_error *error);
 
+/* ---- formulas.c -------------------------------------------------------------------------------
+ */
+
+/* Points along the rod: s [even + OPTIMIZE_PLACES_MAX], ascending, and which of them the named
+ * places are [place_count + 1]; the end is the first. */
+ad_status optimize_put_places(const optimize_settings *settings, double length, size_t even,
+                              double *s, size_t *points, size_t *place_of,
+                              char key[OPTIMIZE_KEY_MAX], ad_error *error);
+
+/* What a scope borrows. */
+typedef struct optimize_names {
+    const char *parameter[2 * OPTIMIZE_NAMES_MAX], *column[OPTIMIZE_NAMES_MAX];
+    const char *place[OPTIMIZE_PLACES_MAX + 1];
+    double at[OPTIMIZE_PLACES_MAX + 1];
+} optimize_names;
+
+/* Of formulas that know the parameters and these places. */
+response_scope optimize_scope(const optimize_settings *settings, const scene *family,
+                              const double *s, const size_t *place_of, optimize_names *names);
+
+/* "tip.z >= 0.1", "0.1 <= tip.z <= 0.2", "tip.z = 0.1": the formula, for shapes of that many
+ * points, and its bounds. */
+ad_status optimize_read_constraint(const char *text, const response_scope *scope, size_t points,
+                                   response **of, double *low, double *high, ad_error *error);
+
 /* ---- a problem --------------------------------------------------------------------------------
  */
 

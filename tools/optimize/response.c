@@ -12,12 +12,12 @@
 #include <string.h>
 
 /* A shape's columns, and behind them its clearance. */
-enum { SHAPES_MAX = 4, NAME_MAX_BYTES = 41, ALONG = -1, COLUMNS = SOLVE_MEMBERS_COLUMNS };
-enum { CLEARANCE = COLUMNS, WIDTH = COLUMNS + 1 };
+enum { SHAPES_MAX = 4, NAME_MAX_BYTES = 41, ALONG = -1 };
 
 struct response {
     response_kind kind;
-    size_t points, parameters, columns;
+    size_t points, parameters, columns, directions;
+    size_t clearance, width;   /* which column of a shape, and how many with it */
     int shapes;                /* that the formula has: */
     int place[SHAPES_MAX];     /* the index of a place, or ALONG */
     bool clears[SHAPES_MAX];   /* the formula has its clearance, */
@@ -71,8 +71,14 @@ static double before_break(double s, int breaks, const double *at)
 static ad_value section_of(const recording *r, rod_section which, int place, ad_value shape)
 {
     ad_value parameters[SCENE_PARAMETERS_MAX];
-    for (int i = 0; i < r->scope->parameters; i++) {
+    for (int i = 0; i < r->scope->family->parameter_count; i++) {
         parameters[i] = ad_row(r->parameters, i);
+    }
+    if (r->scope->moves && which <= ROD_SECTION_M3) {
+        ad_tape_fail(r->tape, AD_BAD_INPUT,
+                     "has %s, of which shapes do not say what damping adds to it in motion",
+                     rod_section_name(which));
+        return r->one;
     }
     const ad_value value =
         rod_section_record(r->scope->family, which, r->s, parameters, ad_slice(shape, V, 6));
@@ -84,17 +90,22 @@ static ad_value section_of(const recording *r, rod_section which, int place, ad_
     return ad_substitute(value, r->s, ad_scalar(r->tape, at));
 }
 
-/* Of a name: a column of shapes, a component of the axis, or what follows from strains. */
+/* Of a name: a column of shapes, a component of the axis, what follows from strains, or the size of
+ * the velocity. */
 typedef struct output {
-    enum { OUTPUT_COLUMN, OUTPUT_AXIS, OUTPUT_SECTION } kind;
+    enum { OUTPUT_COLUMN, OUTPUT_AXIS, OUTPUT_SECTION, OUTPUT_SPEED } kind;
     int which;
 } output;
 
 /* false: it is none. */
-static bool find_output(const scene *family, const char *name, output *found)
+static bool find_output(const recording *r, const char *name, output *found)
 {
-    for (int c = 0; c < COLUMNS; c++) {
-        if (strcmp(name, scene_physics_of(family)->columns[c].name) == 0) {
+    static const char *const rates[] = {"vx", "vy", "vz", "w1", "w2", "w3"};
+    const model_column *const columns = scene_physics_of(r->scope->family)->columns;
+    const int clearance = (int)r->of->clearance;
+    for (int c = 0; c < clearance; c++) {
+        const int rate = c - SOLVE_MEMBERS_COLUMNS;
+        if (strcmp(name, rate < 0 ? columns[c].name : rates[rate]) == 0) {
             *found = (output){OUTPUT_COLUMN, c};
             return true;
         }
@@ -106,14 +117,21 @@ static bool find_output(const scene *family, const char *name, output *found)
         }
     }
     if (strcmp(name, "clearance") == 0) {
-        *found = (output){OUTPUT_COLUMN, CLEARANCE};
+        *found = (output){OUTPUT_COLUMN, clearance};
+        return true;
+    }
+    if (strcmp(name, "speed") == 0 && r->scope->moves) {
+        *found = (output){OUTPUT_SPEED, 0};
         return true;
     }
     *found = (output){OUTPUT_AXIS, name[0] ? name[1] - 'x' : 0};
     return name[0] == 't' && name[1] >= 'x' && name[1] <= 'z' && !name[2];
 }
 
-/* Of a shape [WIDTH] along the rod, or at a place. */
+/* Smaller than what squares can be told from 0: a slope there is 0, and a number. */
+static const double NOTHING = 1e-200;
+
+/* Of a shape [width] along the rod, or at a place. */
 static ad_value record_output(const recording *r, output of, int place, ad_value shape)
 {
     switch (of.kind) {
@@ -121,6 +139,13 @@ static ad_value record_output(const recording *r, output of, int place, ad_value
         return ad_row(shape, of.which);
     case OUTPUT_AXIS:
         return axis(shape, of.which);
+    case OUTPUT_SPEED: {
+        ad_value squares = ad_scalar(r->tape, NOTHING);
+        for (int i = 0; i < 3; i++) {
+            squares = ad_add(squares, ad_square(ad_row(shape, SOLVE_MEMBERS_COLUMNS + i)));
+        }
+        return ad_sqrt(squares);
+    }
     default:
         return section_of(r, of.which, place, shape);
     }
@@ -170,7 +195,7 @@ static ad_value shape_of(recording *r, int place)
         return r->one;
     }
     r->of->place[r->of->shapes] = place;
-    return r->shape[r->of->shapes++] = ad_input(r->tape, "shape", WIDTH);
+    return r->shape[r->of->shapes++] = ad_input(r->tape, "shape", (int)r->of->width);
 }
 
 /* What a name stands for; false: nothing that is known here. */
@@ -199,14 +224,15 @@ static bool meaning_of(recording *r, const char *name, ad_value *value)
         return false;
     }
     output found;
-    if (!find_output(scope->family, dot ? dot + 1 : name, &found)) {
+    if (!find_output(r, dot ? dot + 1 : name, &found)) {
         return false;
     }
     *value = record_output(r, found, place, shape_of(r, place));
-    for (int i = 0; i < r->of->shapes && found.kind == OUTPUT_COLUMN; i++) {
-        r->of->clears[i] |= found.which == CLEARANCE && r->of->place[i] == place;
+    const bool clears = found.kind == OUTPUT_COLUMN && found.which == (int)r->of->clearance;
+    for (int i = 0; i < r->of->shapes && clears; i++) {
+        r->of->clears[i] |= r->of->place[i] == place;
     }
-    if (found.kind == OUTPUT_COLUMN && found.which == CLEARANCE && !scope->around) {
+    if (clears && !scope->around) {
         ad_tape_fail(r->tape, AD_BAD_INPUT,
                      "has a clearance, but no surface is given; allowed: optimize.environment.file "
                      "with an STL or OBJ");
@@ -273,7 +299,9 @@ static ad_status record(recording *r, const char *text, ad_value *value, ad_erro
     const quantity formula = quantity_formula(r->names, text);
     status = quantity_check(formula, error);
     if (status == AD_OK && quantity_depends_on(formula, "t")) {
-        status = ad_fail(error, AD_BAD_INPUT, "has the time t; the rod is at rest");
+        status = ad_fail(error, AD_BAD_INPUT, "has the time t; %s",
+                         r->scope->moves ? "allowed: what the rod is like at any time"
+                                         : "the rod is at rest");
     }
     if (status == AD_OK && r->of->kind == RESPONSE_AT_PLACES && quantity_depends_on(formula, "s")) {
         status =
@@ -344,9 +372,9 @@ static size_t points_of(const response *r)
  * energy; beside them the energy with its derivatives, and of a mean what it is of. */
 static size_t numbers_of(const response *r)
 {
-    const size_t mean = r->kind == RESPONSE_MEAN ? 1 + r->parameters : 0;
-    return points_of(r) * (4 + (2 * WIDTH + 3) * (size_t)r->shapes + r->parameters + mean) +
-           2 * r->parameters + r->columns + 2;
+    const size_t mean = r->kind == RESPONSE_MEAN ? 1 + r->directions : 0;
+    return points_of(r) * (4 + (2 * r->width + 3) * (size_t)r->shapes + r->parameters + mean) +
+           r->directions + r->columns + 2;
 }
 
 /* ---- along the rod ------------------------------------------------------------------------- */
@@ -450,6 +478,9 @@ ad_status response_create(const char *text, const response_scope *scope, size_t 
         made->points = points;
         made->parameters = (size_t)scope->parameters;
         made->columns = (size_t)scope->columns;
+        made->directions = made->parameters + (size_t)scope->more;
+        made->clearance = scope->moves ? RESPONSE_MOTION_COLUMNS : SOLVE_MEMBERS_COLUMNS;
+        made->width = made->clearance + 1;
         made->around = scope->around;
         made->radius = scope->radius;
         made->needs = calloc(made->parameters + 1, sizeof *made->needs);
@@ -525,7 +556,7 @@ size_t response_rows(const response *r)
 static void average(const response *r, const double *rows, const double *slopes, double *mean,
                     double *by)
 {
-    const size_t width = r->parameters;
+    const size_t width = r->directions;
     *mean = 0;
     memset(by ? by : mean, 0, (by ? width : 1) * sizeof *by);
     for (size_t i = 0; i < r->points; i++) {
@@ -551,18 +582,18 @@ static double entry(const response *r, int output, const double *numbers, size_t
 ad_status response_evaluate(const response *r, const response_shape *shape, double *values,
                             double *by, ad_error *error)
 {
-    const size_t n = points_of(r), width = r->parameters;
+    const size_t n = points_of(r), width = r->directions, of_shape = r->clearance;
     const int energies = 2 + r->shapes; /* where the adjoint of the energy is among the outputs */
     double *one = r->memory, *energy = one + n, *by_energy = energy + n, *value = by_energy + n,
            *adjoint = value + n;
     double *columns[SHAPES_MAX], *by_columns[SHAPES_MAX], *by_places[SHAPES_MAX];
-    double *given = adjoint + n * width, *more = given + r->columns + 1;
+    double *given = adjoint + n * r->parameters, *more = given + r->columns + 1;
     const double *inputs[SHAPES_MAX + 3] = {r->s, one, energy};
     double *outputs[SHAPES_MAX + 3] = {value};
-    for (int i = 0; i < r->shapes; i++, more += (2 * WIDTH + 3) * n) {
+    for (int i = 0; i < r->shapes; i++, more += (2 * r->width + 3) * n) {
         columns[i] = more;
-        by_columns[i] = more + n * WIDTH;
-        by_places[i] = by_columns[i] + n * WIDTH; /* the clearance [n][3] */
+        by_columns[i] = more + n * r->width;
+        by_places[i] = by_columns[i] + n * r->width; /* the clearance [n][3] */
         inputs[3 + i] = columns[i];
         outputs[1 + i] = by_columns[i];
     }
@@ -582,12 +613,12 @@ ad_status response_evaluate(const response *r, const response_shape *shape, doub
         one[j] = 1;
         energy[j] = r->length * *stored;
         for (int i = 0; i < r->shapes; i++) {
-            const double *at = shape->values + point_of(r, shape, i, j) * COLUMNS;
-            for (size_t c = 0; c < COLUMNS; c++) {
+            const double *at = shape->values + point_of(r, shape, i, j) * of_shape;
+            for (size_t c = 0; c < of_shape; c++) {
                 columns[i][c * n + j] = at[c];
             }
             if (r->clears[i]) {
-                columns[i][CLEARANCE * n + j] =
+                columns[i][r->clearance * n + j] =
                     environment_slope(r->around, at, by_places[i] + 3 * j) - r->radius;
             }
         }
@@ -600,16 +631,17 @@ ad_status response_evaluate(const response *r, const response_shape *shape, doub
         const double of_energy = r->length * entry(r, energies, by_energy, 0, j);
         rows[j] = entry(r, 0, value, 0, j);
         for (size_t p = 0; p < width && by; p++) {
-            double sum = entry(r, 1 + r->shapes, adjoint, p, j) + of_energy * by_stored[p];
+            double sum = of_energy * by_stored[p];
+            sum += p < r->parameters ? entry(r, 1 + r->shapes, adjoint, p, j) : 0;
             for (int i = 0; i < r->shapes; i++) {
                 const double *by_shape =
-                    shape->jacobian + point_of(r, shape, i, j) * COLUMNS * width;
-                for (size_t c = 0; c < COLUMNS; c++) {
+                    shape->jacobian + point_of(r, shape, i, j) * of_shape * width;
+                for (size_t c = 0; c < of_shape; c++) {
                     sum += entry(r, 1 + i, by_columns[i], c, j) * by_shape[c * width + p];
                 }
                 for (size_t c = 0; c < 3 && r->clears[i]; c++) {
-                    sum += entry(r, 1 + i, by_columns[i], CLEARANCE, j) * by_places[i][3 * j + c] *
-                           by_shape[c * width + p];
+                    sum += entry(r, 1 + i, by_columns[i], r->clearance, j) *
+                           by_places[i][3 * j + c] * by_shape[c * width + p];
                 }
             }
             slopes[j * width + p] = sum;

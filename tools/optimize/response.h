@@ -14,13 +14,20 @@
  *                  physics/rod/rod_section.h
  *   clearance      of the centre line from a surface, m, less a radius
  *
- * and of all of the rod its elastic energy, J: its density integrated. What the shape is where
- * something jumps is that before. */
+ * in motion also
+ *   vx vy vz       velocity, world, m/s            w1 w2 w3      angular velocity, body, 1/s
+ *   speed          sqrt(vx^2 + vy^2 + vz^2)
+ * but not n1 .. m3, and of all of the rod its elastic energy, J: its density integrated. What the
+ * shape is where something jumps is that before. */
 #ifndef TOOLS_OPTIMIZE_RESPONSE_H
 #define TOOLS_OPTIMIZE_RESPONSE_H
 
+#include "physics/chain/solve_members.h"
 #include "physics/learn/model.h"
 #include "tools/environment/environment.h"
+
+/* Of shapes in motion: behind those of shapes at rest velocity and angular velocity. */
+enum { RESPONSE_MOTION_COLUMNS = SOLVE_MEMBERS_COLUMNS + 6 };
 
 /* How the values along the rod become one. */
 typedef enum response_kind {
@@ -33,21 +40,23 @@ typedef enum response_kind {
 typedef struct response_scope {
     const scene *family;             /* whose columns shapes have, the first */
     int parameters, columns, places; /* numbers of names, which are borrowed */
-    const char *const *parameter;    /* of the scene */
+    const char *const *parameter;    /* of the scene, and others behind them */
     const char *const *column;       /* of the cases */
     const char *const *place;        /* "tip" */
     const double *at;                /* [places] m, where they are */
     const double *s;                 /* [points] of shapes, ascending, m */
     const environment *around;       /* of clearances; NULL: there are none */
     double radius;
+    bool moves; /* of shapes in motion */
+    int more;   /* directions of derivatives behind those of parameters */
 } response_scope;
 
 /* A shape with its derivatives; borrowed. */
 typedef struct response_shape {
     size_t points;
     const size_t *place;      /* [places], which point each is */
-    const double *values;     /* [points][SOLVE_MEMBERS_COLUMNS] */
-    const double *jacobian;   /* [points][SOLVE_MEMBERS_COLUMNS][parameters] */
+    const double *values;     /* [points][SOLVE_MEMBERS_COLUMNS or RESPONSE_MOTION_COLUMNS] */
+    const double *jacobian;   /* [points][columns][parameters + more] */
     const double *parameters; /* [parameters] */
     const double *columns;    /* [columns] */
 } response_shape;
@@ -66,7 +75,8 @@ bool response_needs_shape(const response *r);
 bool response_needs_parameter(const response *r, int which);
 
 /* One value, or of max and min as many as there are points, each with its derivatives by all
- * parameters: values [rows], by [rows][parameters], which may be NULL. Does not allocate. */
+ * parameters and by what is more: values [rows], by [rows][parameters + more], which may be NULL.
+ * Does not allocate. */
 size_t response_rows(const response *r);
 ad_status response_evaluate(const response *r, const response_shape *shape, double *values,
                             double *by, ad_error *error);

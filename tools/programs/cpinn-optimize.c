@@ -262,11 +262,16 @@ static void json_cases(const optimizing *x, json *to)
     json_close(to, ']');
 }
 
-static void json_replay(json *to, const char *name, const optimize_replay *replay)
+static void json_replay(json *to, const char *name, const optimize_replay *replay, int bounds)
 {
     json_open(to, name, '{');
     json_number(to, "off", replay->off);
     json_number(to, "speed", replay->speed);
+    json_open(to, "beyond", '[');
+    for (int i = 0; i < bounds; i++) {
+        json_number(to, NULL, replay->beyond[i]);
+    }
+    json_close(to, ']');
     json_close(to, '}');
 }
 
@@ -277,8 +282,8 @@ static void json_motion(const optimizing *x, json *to)
     json_number(to, "effort", r->effort);
     json_number(to, "violation", r->violation);
     json_number(to, "way", r->way);
-    json_replay(to, "same_modes", &r->same);
-    json_replay(to, "more_modes", &r->finer);
+    json_replay(to, "same_modes", &r->same, r->bounds);
+    json_replay(to, "more_modes", &r->finer, r->bounds);
     json_integer(to, "steps", r->steps);
     json_number(to, "seconds", r->seconds);
 }
@@ -431,13 +436,26 @@ static ad_status read_scene(optimizing *x, ad_error *error)
  * end. */
 static const double MISSED = 0.05, COARSE = 0.01;
 
+/* Of what a constraint's formula varies by, by which it may be missed between the points. */
+static const double BETWEEN = 1e-3;
+
+static double most_beyond(const optimize_motion_report *r, const optimize_replay *of)
+{
+    double most = 0;
+    for (int i = 0; i < r->bounds; i++) {
+        most = fmax(most, of->beyond[i] / r->spread[i]);
+    }
+    return most;
+}
+
 static void print_motion(const optimizing *x)
 {
     const optimize_motion_report *r = &x->moved;
     const int *own = x->settings->optimize.motion.modes;
     printf("%s: from rest to rest\n", x->settings->settings.name);
-    printf("  %d intervals, %d inputs; modes %d, %d, %d, %d\n\n",
-           optimize_motion_intervals(x->motion), optimize_motion_inputs(x->motion), own[0], own[1],
+    printf("  %d intervals, %d inputs, %s; modes %d, %d, %d, %d\n\n",
+           optimize_motion_intervals(x->motion), optimize_motion_inputs(x->motion),
+           optimize_motion_is_linear(x->motion) ? "linear in each" : "held in each", own[0], own[1],
            own[2], own[3]);
     printf("duration   %.9g s\neffort     %.9g s\n", r->duration, r->effort);
     if (r->found) {
@@ -446,6 +464,11 @@ static void print_motion(const optimizing *x)
                r->way, r->same.off, r->same.speed);
         printf("           and with modes %d, %d, %d, %d it ends %.1e m off at %.1e m/s\n",
                r->modes[0], r->modes[1], r->modes[2], r->modes[3], r->finer.off, r->finer.speed);
+        for (int i = 0; i < r->bounds; i++) {
+            printf("%s%-34s missed by %.1e between the points, by %.1e with more modes\n",
+                   i ? "           " : "kept       ", x->way.settings.constraints[i],
+                   r->same.beyond[i], r->finer.beyond[i]);
+        }
     }
     printf("cost       %d steps, %.2f s\n", r->steps, r->seconds);
 }
@@ -505,6 +528,18 @@ static void judge_motion(optimizing *x)
                     "show them, and damping quiets them",
                     r->finer.off / r->way);
     }
+    if (!(most_beyond(r, &r->same) <= BETWEEN)) {
+        verdict_add(&x->verdict, VERDICT_INFEASIBLE,
+                    "between its points constraints are missed by up to %.2g of what they vary "
+                    "by; take more optimize.motion.intervals",
+                    most_beyond(r, &r->same));
+    }
+    if (!(most_beyond(r, &r->finer) <= MISSED)) {
+        verdict_add(&x->verdict, VERDICT_INFEASIBLE,
+                    "with more modes constraints are missed by up to %.2g of what they vary by; "
+                    "more optimize.motion.modes show it",
+                    most_beyond(r, &r->finer));
+    }
     verdict_add(&x->verdict, VERDICT_LOCAL_OPTIMUM,
                 "no other motion was looked for; whether there is a better one elsewhere is not "
                 "known");
@@ -515,7 +550,7 @@ static ad_status run_motion(optimizing *x, ad_error *error)
     const options *o = &x->asked;
     char key[64] = "";
     ad_status status =
-        optimize_motion_create(&x->settings->optimize.motion, x->family, &x->motion, key, error);
+        optimize_motion_create(&x->way.settings, x->family, x->around, &x->motion, key, error);
     if (status == AD_BAD_INPUT) {
         return config_refuse(x->settings, key, error->message, error);
     }
@@ -535,10 +570,10 @@ static ad_status run(optimizing *x, ad_error *error)
 {
     const options *o = &x->asked;
     ad_status status = read_scene(x, error);
+    status = status == AD_OK ? open_environment(x, error) : status;
     if (status == AD_OK && optimize_motion_is_given(&x->way.settings)) {
         return run_motion(x, error);
     }
-    status = status == AD_OK ? open_environment(x, error) : status;
     status = status == AD_OK ? ask(x, &x->way, error) : status;
     if (status != AD_OK) {
         return status;

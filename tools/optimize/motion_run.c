@@ -1,0 +1,170 @@
+/* Motions that are looked for, replayed and asked. */
+#include "tools/optimize/motion_parts.h"
+
+#include "physics/numerics/quaternion.h"
+#include "tools/train/clock.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { STARTS = 3, PARTS = 4 };
+
+/* Shares of the duration of the scene with which the search begins. */
+static const double FIRST[STARTS] = {0.5, 1, 0.25};
+
+/* Of the equations, of what states vary by. */
+static const double KEPT = 1e-6;
+
+/* ---- replaying ----------------------------------------------------------------------------- */
+
+/* What is bounded, at a part of an interval; beyond [bounds]: the furthest so far. */
+static ad_status look(const optimize_motion *o, motion_rod *rod, size_t k, double part,
+                      const double *state, double *values, double *beyond, ad_error *error)
+{
+    double inputs[SCENE_PARAMETERS_MAX], rates[SCENE_PARAMETERS_MAX];
+    motion_inputs_at(o, o->x, k, part, inputs, rates);
+    const ad_status status =
+        rod->rows > 0 ? motion_rod_look(rod, state, inputs, rates, values, NULL, error) : AD_OK;
+    for (int i = 0; i < rod->bounds && status == AD_OK; i++) {
+        for (size_t r = 0; r < rod->bound[i].rows; r++) {
+            beyond[i] = fmax(beyond[i], motion_bound_excess(&rod->bound[i], *values++));
+        }
+    }
+    return status;
+}
+
+/* Steps of Radau's method with these inputs, from rest to rest of a rod with such modes; what is
+ * bounded is looked at after each, at four times the points. */
+static ad_status replay(const optimize_motion *o, const int *modes, optimize_replay *found,
+                        double *way, ad_error *error)
+{
+    motion_rod *rod = NULL;
+    double inputs[SCENE_PARAMETERS_MAX], after[SCENE_PARAMETERS_MAX];
+    reduced_place place[2], now;
+    char key[OPTIMIZE_KEY_MAX];
+    const size_t points = PARTS * ((size_t)o->settings->points - 1) + 1;
+    ad_status status =
+        motion_rod_create(o->settings, o->family, o->around, modes, points, &rod, key, error);
+    const size_t n = status == AD_OK ? (size_t)rod->states : 0;
+    double *state = calloc(2 * n + 1 + (rod ? rod->rows : 0), sizeof *state);
+    double *at_rest = state + n, *values = at_rest + n;
+    if (status == AD_OK && !state) {
+        status = ad_fail(error, AD_NO_MEMORY, "out of memory for a motion");
+    }
+    status = status == AD_OK ? motion_rest(o, rod->rod, 0, state, error) : status;
+    for (int end = 0; end < 2 && status == AD_OK; end++) {
+        if (end == 0) {
+            memcpy(at_rest, state, n * sizeof *state);
+        } else {
+            status = motion_rest(o, rod->rod, 1, at_rest, error);
+        }
+        status = status == AD_OK ? motion_rod_tip(rod, at_rest, o->given[end], &place[end], error)
+                                 : status;
+    }
+    const double h = motion_duration(o, o->x) / (double)(o->intervals * PARTS);
+    for (size_t k = 0; k < o->intervals * PARTS && status == AD_OK; k++) {
+        const double part = (double)(k % PARTS) / PARTS;
+        motion_inputs_at(o, o->x, k / PARTS, part, inputs, NULL);
+        motion_inputs_at(o, o->x, k / PARTS, part + 1. / PARTS, after, NULL);
+        status =
+            reduced_step_linear(rod->rod, 0, h, state, inputs, after, state, NULL, NULL, error);
+        status = status == AD_OK ? look(o, rod, k / PARTS, part + 1. / PARTS, state, values,
+                                        found->beyond, error)
+                                 : status;
+    }
+    status = status == AD_OK ? motion_rod_tip(rod, state, o->given[1], &now, error) : status;
+    if (status == AD_OK) {
+        found->off = vector_distance(now.position, place[1].position);
+        found->speed = sqrt(vector_dot(now.velocity, now.velocity));
+        *way = vector_distance(place[0].position, place[1].position);
+    }
+    free(state);
+    motion_rod_free(rod);
+    return status;
+}
+
+/* ---- running ------------------------------------------------------------------------------- */
+
+static double violation(const optimize_motion *o)
+{
+    const double *low = o->limits + 2 * o->n, *high = low + o->m;
+    double worst = 0;
+    for (size_t i = 0; i < o->m; i++) {
+        worst = fmax(worst, fmax(low[i] - o->row[i], o->row[i] - high[i]));
+    }
+    return worst;
+}
+
+ad_status optimize_motion_run(optimize_motion *o, optimize_motion_report *report, ad_error *error)
+{
+    const double begin = train_seconds();
+    const int *given = o->settings->motion.modes;
+    const int finer[4] = {given[0] + 2, given[1] + 1, given[2] > 2 ? given[2] + 1 : 2,
+                          given[3] > 1 ? given[3] + 1 : 1};
+    const descent d = optimize_motion_problem(o);
+    const bool quickest = o->settings->motion.minimize == OPTIMIZE_TIME;
+    ad_status status = AD_OK;
+    *report = (optimize_motion_report){.violation = INFINITY, .bounds = o->rod->bounds};
+    memcpy(report->modes, finer, sizeof finer);
+    for (int i = 0; i < report->bounds; i++) {
+        report->spread[i] = 1 / o->rod->bound[i].scale;
+    }
+    for (int i = 0; i < (quickest ? STARTS : 1) && !report->found && status == AD_OK; i++) {
+        int steps = 0;
+        bool converged = false;
+        motion_guess(o, FIRST[i]);
+        o->why.status = AD_OK;
+        status = optimize_descent(&d, &steps, &converged, error);
+        report->violation = status == AD_OK && motion_evaluate(o, o->x) ? violation(o) : INFINITY;
+        report->found = converged && report->violation <= KEPT;
+        report->steps += steps;
+        report->starts++;
+    }
+    report->duration = motion_duration(o, o->x);
+    report->effort = motion_effort(o, o->x);
+    if (report->found && status == AD_OK) {
+        status = replay(o, given, &report->same, &report->way, error);
+        status = status == AD_OK ? replay(o, finer, &report->finer, &report->way, error) : status;
+    }
+    report->seconds = train_seconds() - begin;
+    return status;
+}
+
+/* ---- asking -------------------------------------------------------------------------------- */
+
+int optimize_motion_intervals(const optimize_motion *o)
+{
+    return (int)o->intervals;
+}
+
+int optimize_motion_inputs(const optimize_motion *o)
+{
+    return (int)o->inputs;
+}
+
+bool optimize_motion_is_linear(const optimize_motion *o)
+{
+    return o->linear;
+}
+
+ad_status optimize_motion_at(optimize_motion *o, int k, double *t, double *inputs, double tip[3],
+                             ad_error *error)
+{
+    const size_t at = (size_t)k;
+    reduced_place place;
+    if (at < o->intervals) {
+        motion_inputs_at(o, o->x, at, 0, inputs, NULL);
+    } else {
+        memcpy(inputs, o->given[1], o->inputs * sizeof *inputs);
+    }
+    for (size_t c = 0; c < o->states; c++) {
+        o->state[c] = k > 0 ? o->scale[c] * motion_end_of(o, o->x, at - 1)[c] : o->from[c];
+    }
+    *t = motion_duration(o, o->x) * k / (double)o->intervals;
+    const ad_status status = motion_rod_tip(o->rod, o->state, inputs, &place, error);
+    if (status == AD_OK) {
+        memcpy(tip, place.position, sizeof place.position);
+    }
+    return status;
+}
