@@ -118,39 +118,6 @@ static ad_status refuse_name(const physics_model *model, const char *name, size_
                    model->columns[0].name, model->domain.coordinates[0].name);
 }
 
-/* The coordinate with the longest name that `text` begins with, and how long it is; one of several
- * letters ends with the text or at an underscore. -1: none. */
-static int begins_with(const evaluator *e, const char *text, size_t length, size_t *taken)
-{
-    int found = -1;
-    *taken = 0;
-    for (int i = 0; i < e->domain.count; i++) {
-        const char *name = e->domain.coordinates[i].name;
-        const size_t size = strlen(name);
-        const bool ends = size == 1 || size == length || (size < length && text[size] == '_');
-        if (size > *taken && size <= length && strncmp(text, name, size) == 0 && ends) {
-            found = i;
-            *taken = size;
-        }
-    }
-    return found;
-}
-
-/* What stands behind the underscore, coordinates by name; false: something else. */
-static bool read_orders(const evaluator *e, const char *names, size_t length, int *orders)
-{
-    int sum = 0;
-    for (size_t k = 0, taken; k < length; k += taken, sum++) {
-        k += sum > 0 && names[k] == '_';
-        int coordinate = begins_with(e, names + k, length - k, &taken);
-        if (coordinate < 0) {
-            return false;
-        }
-        orders[coordinate]++;
-    }
-    return sum > 0 && sum <= EVALUATOR_ORDER_MAX;
-}
-
 /* One name of `length` characters: the longest part of it that is a column or a group of columns is
  * one, what follows its underscore are derivatives. */
 static ad_status add_name(evaluator *e, const physics_model *model, const char *name, size_t length,
@@ -172,7 +139,8 @@ static ad_status add_name(evaluator *e, const physics_model *model, const char *
                            "%.*s is a derivative by time, and this scene is at rest", (int)length,
                            name);
         }
-        if (underscore && !read_orders(e, underscore + 1, length - stem - 1, orders)) {
+        if (underscore && !domain_read_orders(&e->domain, underscore + 1, length - stem - 1,
+                                              EVALUATOR_ORDER_MAX, orders)) {
             first = -1;
         }
     }

@@ -301,8 +301,8 @@ int model_add_term(physics_model *m, const char *name, int set, double weight,
 /* A coordinate without ends: what is at its low end is at its high one, with all derivatives. */
 void model_set_periodic(physics_model *m, int coordinate);
 
-/* On the face where `coordinate` is at its low (0) or high (1) end, the derivative of that order by
- * this coordinate (0: the value itself) of a row of a field is what `value` records. It is a face
+/* On the face where `coordinate` is at its low (0) or high (1) end `value` records what a row of a
+ * field is, or the derivative of that order by this coordinate. It is a face
  * and a term, of weight 100, with this name; the index is that of the term. */
 int model_add_condition(physics_model *m, const char *name, model_condition condition, int end);
 

@@ -156,13 +156,19 @@ quantity quantity_operate(const quantity_operation *operation, const quantity *x
 
 /* ---- names ----------------------------------------------------------------------------------- */
 
-quantities *quantities_create(void)
+quantities *quantities_create_open(void)
 {
     quantities *names = calloc(1, sizeof *names);
     if (names && pthread_mutex_init(&names->lock, NULL) != 0) {
         free(names);
         names = NULL;
     }
+    return names;
+}
+
+quantities *quantities_create(void)
+{
+    quantities *names = quantities_create_open();
     if (names && (quantities_coordinate(names, "s", NULL) != AD_OK ||
                   quantities_coordinate(names, "t", NULL) != AD_OK)) {
         quantities_free(names);
@@ -325,7 +331,7 @@ ad_status quantities_parameter(quantities *names, const char *name, double low, 
     }
     const quantity_node wanted = {.kind = QUANTITY_OPEN,
                                   .index = names->open,
-                                  .uses = UINT32_C(1) << names->open,
+                                  .uses = UINT64_C(1) << names->open,
                                   .size = 1,
                                   .text = name,
                                   .x = {{.number = usual}, {.number = low}, {.number = high}}};
@@ -533,7 +539,7 @@ double quantity_value_with(quantity q, double s, double t, int count, const char
 
 quantity_interval quantity_span(quantity q, double s, double t)
 {
-    const uint32_t coordinates = 3; /* s and t */
+    const uint64_t coordinates = 3; /* s and t */
     double value = quantity_value(q, s, t);
     quantity_interval range = {value, value};
     if (q.node && (q.node->uses & ~coordinates)) {

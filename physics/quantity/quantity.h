@@ -51,6 +51,9 @@ typedef struct quantity {
 
 /* NULL when memory runs out. */
 quantities *quantities_create(void);
+
+/* The same without s and t, for formulas that are checked and recorded and nothing else. */
+quantities *quantities_create_open(void);
 void quantities_free(quantities *names);
 
 /* Define a name for the formulas parsed from here on; its value may be a formula of s and t. The
@@ -61,7 +64,7 @@ ad_status quantities_define(quantities *names, const char *name, quantity value,
 bool quantities_used(const quantities *names, const char *name);
 
 /* Add another open name beside s and t, a coordinate of a domain; it may have points, "tip.x". */
-enum { QUANTITY_OPEN_MAX = 26 }; /* with these two */
+enum { QUANTITY_OPEN_MAX = 64 }; /* with these two */
 ad_status quantities_coordinate(quantities *names, const char *name, ad_error *error);
 
 /* The same of one within a range, of which `usual` stands for it where one number is asked for

@@ -61,7 +61,7 @@ typedef struct quantity_node {
     quantity_kind kind;
     ad_status status; /* of an error */
     int index;        /* of an open name, whose x are its usual value and its range */
-    uint32_t uses;    /* open names that occur: bits by index */
+    uint64_t uses;    /* open names that occur: bits by index */
     int size;         /* operations with repetition */
     const quantity_operation *operation;
     const char *text; /* name, written text, error */

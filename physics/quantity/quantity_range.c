@@ -46,7 +46,7 @@ static quantity_enclosure enclose(const enclosing *in, const quantity *q);
  * does in the middle it does everywhere. */
 static bool is_settled(const enclosing *in, quantity argument)
 {
-    uint32_t other = ~(UINT32_C(1) << in->along);
+    uint64_t other = ~(UINT64_C(1) << in->along);
     return in->is_between && (!argument.node || !(argument.node->uses & other));
 }
 

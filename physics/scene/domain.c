@@ -113,6 +113,39 @@ int domain_find(const domain *d, const char *name)
     return -1;
 }
 
+/* The coordinate with the longest name that `text` begins with, and how long it is; one of several
+ * letters ends with the text or at an underscore. -1: none. */
+static int begins_with(const domain *d, const char *text, size_t length, size_t *taken)
+{
+    int found = -1;
+    *taken = 0;
+    for (int i = 0; i < d->count; i++) {
+        const char *name = d->coordinates[i].name;
+        const size_t size = strlen(name);
+        const bool ends = size == 1 || size == length || (size < length && text[size] == '_');
+        if (size > *taken && size <= length && strncmp(text, name, size) == 0 && ends) {
+            found = i;
+            *taken = size;
+        }
+    }
+    return found;
+}
+
+bool domain_read_orders(const domain *d, const char *names, size_t length, int most, int *orders)
+{
+    int sum = 0;
+    memset(orders, 0, (size_t)d->count * sizeof *orders);
+    for (size_t k = 0, taken; k < length; k += taken, sum++) {
+        k += sum > 0 && names[k] == '_';
+        int coordinate = begins_with(d, names + k, length - k, &taken);
+        if (coordinate < 0) {
+            return false;
+        }
+        orders[coordinate]++;
+    }
+    return sum > 0 && sum <= most;
+}
+
 /* ---- places -------------------------------------------------------------------------------- */
 
 domain_place domain_record(const domain *d, const domain_uniforms *uniforms, ad_tape *tape)

@@ -15,7 +15,7 @@ extern "C" {
 #endif
 
 enum {
-    DOMAIN_COORDINATES_MAX = 26, /* as many as formulas have open names */
+    DOMAIN_COORDINATES_MAX = 26, /* s, t and the parameters of a scene */
     DOMAIN_NAME = 48,
     DOMAIN_WINDOWS_MAX = 1024,
     DOMAIN_PIECES_MAX = 64 /* NN_PIECES_MAX */
@@ -64,6 +64,11 @@ double domain_coordinate_at(const domain_coordinate *c, double fraction);
 
 /* The coordinate of that name, -1: there is none. */
 int domain_find(const domain *d, const char *name);
+
+/* By what "xxt" differentiates: orders [count] of the coordinates, which the text of `length` names
+ * as often as that; those with names of several letters are set apart by underscores. False: it
+ * names something else, nothing, or more than `most` in all. */
+bool domain_read_orders(const domain *d, const char *names, size_t length, int most, int *orders);
 
 /* ---- places ----
  * Where a model is recorded on a tape. Coordinates are inputs, or constants where they do not vary;
