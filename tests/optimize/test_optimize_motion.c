@@ -60,6 +60,13 @@ static optimize_motion_report run(optimize_motion *motion)
     return report;
 }
 
+/* Twice what half of the intervals leave is at least the error, and less than twice of it
+ * (tools/optimize/motion_run.c); 1e-6 is what IPOPT leaves of it. */
+static void assert_error(double estimate, double error)
+{
+    assert_true(estimate > error - 1e-6 && estimate < 2 * error + 1e-6);
+}
+
 /* From rest at x = -1/2 to rest at 1/2: around u = 1 by the angle acos(1/(1 + 1/2)) to x = 0, then
  * around u = -1 as far. The switch is where two of an even number of intervals meet, and the method
  * of order 5 is off by less than the 1e-7 to which the end is at rest. With an odd number it is
@@ -80,6 +87,7 @@ static void the_quickest_motion_switches_once(void **state)
     optimize_motion *motion = make(&settings, &of);
     const optimize_motion_report even = run(motion);
     assert_near(even.duration, known, 1e-6 * known);
+    assert_true(even.error < 1e-6 * known);
     assert_true(even.same.off < 1e-6 * even.way);
     for (int k = 0; k <= 20; k++) {
         double t, input, tip[3];
@@ -92,6 +100,7 @@ static void the_quickest_motion_switches_once(void **state)
     motion = make(&settings, &of);
     const optimize_motion_report odd = run(motion);
     assert_true(odd.duration > known + 1e-6 && odd.duration < known * 1.01);
+    assert_error(odd.error, odd.duration - known);
     optimize_motion_free(motion);
     quantities_free(names);
 }
@@ -135,6 +144,11 @@ static void the_least_effort_is_that_of_least_squares(void **state)
     }
     assert_near(report.duration, 1, 0);
     assert_near(report.effort, effort, 1e-5 * effort);
+    /* Of inputs that change at any time: the same sums as integrals. */
+    const double half = 10, more = sqrt(20) / 4 * sin(2 * sqrt(20)),
+                 cross = sqrt(5) * pow(sin(sqrt(20)), 2);
+    const double least = 0.25 * (half + more) / (half * half - more * more - cross * cross) / 4;
+    assert_error(report.error, report.effort - least);
     optimize_motion_free(motion);
     quantities_free(names);
 }
@@ -169,6 +183,7 @@ static void a_speed_that_is_bounded_is_kept(void **state)
         const double h = found.duration / settings.motion.intervals;
         assert_true(found.duration > known * (1 - 1e-6));
         assert_true(found.duration < known * (1 + (i ? 2.5e-4 : 1e-3)));
+        assert_error(found.error, found.duration - known);
         assert_near(found.spread[0], V * tip, 1e-12);
         assert_true(found.same.beyond[0] > 0);
         assert_true(found.same.beyond[0] < 10 * V * tip * 0.06 * h * h);

@@ -308,7 +308,7 @@ static void find_entries(const optimize_motion *o)
     }
 }
 
-static double share_of(const optimize_motion *o, size_t i, double value)
+double motion_share_of(const optimize_motion *o, size_t i, double value)
 {
     return (value - reduced_input(o->rod->rod, (int)i)->low) / range_of(o, i);
 }
@@ -332,7 +332,7 @@ static void find_limits(optimize_motion *o)
     }
     for (size_t l = 0; l < o->inputs && o->linear; l++) {
         const size_t i = variable_of(o, o->intervals - 1, l);
-        low[i] = high[i] = share_of(o, l, o->given[1][l]);
+        low[i] = high[i] = motion_share_of(o, l, o->given[1][l]);
     }
     for (size_t k = 0; k < o->intervals; k++) {
         size_t at = k * o->height + STAGES * o->states;
@@ -361,7 +361,7 @@ void motion_guess(optimize_motion *o, double share)
         for (size_t l = 0; l < o->inputs; l++) {
             const double way = ((double)k + (o->linear ? 1 : 0.5)) / (double)o->intervals;
             x[STAGES * o->states + l] =
-                share_of(o, l, o->given[0][l] + way * (o->given[1][l] - o->given[0][l]));
+                motion_share_of(o, l, o->given[0][l] + way * (o->given[1][l] - o->given[0][l]));
         }
     }
     if (is_quickest(o)) {

@@ -24,6 +24,8 @@ typedef struct optimize_motion_report {
     bool found;
     int steps, starts;
     double duration, effort; /* s: the integral of squares of inputs, over their ranges */
+    double error;            /* of what is made small, as inputs change so seldom, s; infinite:
+                              * unknown */
     double violation;        /* of equations and constraints, over what these vary by */
     int bounds;
     double spread[OPTIMIZE_CONSTRAINTS_MAX]; /* what a constraint's formula varies by */

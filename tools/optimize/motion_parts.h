@@ -88,6 +88,9 @@ double motion_effort(const optimize_motion *motion, const double *x);
 void motion_inputs_at(const optimize_motion *motion, const double *x, size_t k, double part,
                       double *inputs, double *rates);
 
+/* A value of an input as a fraction of its range. */
+double motion_share_of(const optimize_motion *motion, size_t input, double value);
+
 /* The scaled state at the end of interval k. */
 const double *motion_end_of(const optimize_motion *motion, const double *x, size_t k);
 

@@ -280,6 +280,7 @@ static void json_motion(const optimizing *x, json *to)
     const optimize_motion_report *r = &x->moved;
     json_number(to, "duration", r->duration);
     json_number(to, "effort", r->effort);
+    json_number(to, "error", r->error);
     json_number(to, "violation", r->violation);
     json_number(to, "way", r->way);
     json_replay(to, "same_modes", &r->same, r->bounds);
@@ -459,6 +460,8 @@ static void print_motion(const optimizing *x)
            own[2], own[3]);
     printf("duration   %.9g s\neffort     %.9g s\n", r->duration, r->effort);
     if (r->found) {
+        printf("error      %.1e s of the %s, by inputs that change twice as often\n", r->error,
+               x->settings->optimize.motion.minimize == OPTIMIZE_TIME ? "duration" : "effort");
         printf("again      with steps a fourth as long the tip, which goes %.4g m, ends %.1e m off "
                "at %.1e m/s\n",
                r->way, r->same.off, r->same.speed);
@@ -515,6 +518,11 @@ static void judge_motion(optimizing *x)
                     "vary by; try a longer time.duration, or more optimize.motion.intervals",
                     r->violation);
         return;
+    }
+    if (!isfinite(r->error)) {
+        verdict_add(&x->verdict, VERDICT_ERROR_UNKNOWN,
+                    "no motion is found whose inputs change twice as often, so what more "
+                    "optimize.motion.intervals save is not known");
     }
     if (!(r->same.off <= COARSE * r->way)) {
         verdict_add(&x->verdict, VERDICT_INFEASIBLE,
