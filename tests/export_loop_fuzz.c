@@ -149,15 +149,14 @@ int main(void)
             }
             check_known(round);
         }
-        if (round % 2 || TRAINED == 2) { /* whose model means nothing far out */
+        if (round % 2) {
             fuzz_require(OF(start)(loop, NULL, NULL) == 0, "it does not start again", round);
         }
         for (int k = 0; k < GOOD; k++) {
             off = good_sample(answer, round);
         }
-        /* m, of 3 mm: but for what a filter keeps of it; a model that is trained as published
-         * does not follow to begin with */
-        fuzz_require(good > 3e-3 || off <= good + 5e-4, "the path is not found again", round);
+        /* m, of 3 mm: but for what a filter keeps of it */
+        fuzz_require(off <= good + 5e-4, "the path is not found again", round);
     }
     return fuzz_failures > 0;
 }

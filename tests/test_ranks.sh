@@ -148,13 +148,13 @@ run 0 cpinn-eval family --members members.csv --out shapes.csv
 run 0 by 2 cpinn-eval family --members members.csv --out shapes_2.csv
 same shapes.csv shapes_2.csv
 
-arm=(cpinn-train "$ROOT/configs/robots/soft_arm_control.yaml" --quiet --set surrogate.kind=ddpinn
+arm=(cpinn-train "$ROOT/configs/robots/soft_arm_control.yaml" --quiet --set surrogate.kind=polynomial
     --set surrogate.step=0.05 --set 'surrogate.modes=[1, 1, 1, 1]' --set surrogate.solved=500
     --set control.period=0.05 --set 'network.hidden=[8]' --set output.every=2
     --set 'training.stages=[{optimizer: adam, steps: 6}, {optimizer: lbfgs, steps: 3}]')
 run 3 "${arm[@]}" --threads 2 --out arm
 trained_by 3 3 arm "${arm[@]}"
-said_by 2 3 arm_3 --rollouts 5
+said_by 2 0 arm_3 --rollouts 5
 
 # ---- words ---------------------------------------------------------------------------------------
 

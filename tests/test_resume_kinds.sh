@@ -265,7 +265,7 @@ kind long family_motion_deep "${ramp[@]}" "${deep[@]}" --set "$(stages adam '' 4
 
 arm=("$ROOT/configs/robots/soft_arm_control.yaml" --set 'surrogate.modes=[1, 0, 1, 0]'
     --set surrogate.solved=500 --set 'network.hidden=[6]')
-for step in flow linear ddpinn polynomial; do
+for step in flow linear polynomial; do
     methods=$(optimizers | grep -vxF "$(optimizers initial_damping)")
     [ $step != linear ] || methods=lbfgs
     for method in $methods; do
@@ -273,7 +273,7 @@ for step in flow linear ddpinn polynomial; do
             --set "$(stages $method)"
     done
 done
-kind long step_stages "${arm[@]}" --set surrogate.kind=ddpinn \
+kind long step_stages "${arm[@]}" --set surrogate.kind=polynomial \
     --set "training.stages=[{optimizer: adam, steps: 5}, {optimizer: lbfgs, steps: 5}]"
 kind long step_ramp "${arm[@]}" --set surrogate.hold=linear --set "$(stages ssbroyden)"
 

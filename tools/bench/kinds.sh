@@ -1,14 +1,14 @@
 #!/bin/bash
 # Kinds of one-step models of one robot side by side: each is trained on one core by its defaults, and
 # judged by the same fresh rollouts. Prints, and with --out DIR draws, error over run time.
-#   tools/bench/kinds.sh SCENE [--out DIR] [--seeds "1 2"] [--kinds "flow ddpinn"] [cpinn-train options...]
+#   tools/bench/kinds.sh SCENE [--out DIR] [--seeds "1 2"] [--kinds "flow polynomial"] [cpinn-train options...]
 set -u
 root=$(cd "$(dirname "$0")/../.." && pwd) || exit 2
 PATH=$root/build/tools:$PATH
 scene=${1:?"a scene is missing: kinds.sh SCENE"}
 shift
 out= seeds="1 2" options=()
-kinds="linear flow polynomial ddpinn"
+kinds="linear flow polynomial"
 while [ $# -gt 0 ]; do
     case $1 in
     --out) out=${2:?"--out: a folder is missing"} && shift 2 ;;

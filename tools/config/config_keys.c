@@ -294,7 +294,6 @@ const config_key config_keys[] = {
 
     {"surrogate.step", CONFIG_NUMBER, AT(surrogate.step), .unit = "s", POSITIVE},
     {"surrogate.kind", CONFIG_CHOICE, AT(surrogate.kind), .names = surrogate_kind_names},
-    {"surrogate.terms", CONFIG_INTEGER, AT(surrogate.terms), BETWEEN(1, 16)},
     {"surrogate.modes", CONFIG_INTEGER, ENTRIES(4, 4), AT(surrogate.modes), BETWEEN(0, 12)},
     {"surrogate.tolerance", CONFIG_NUMBER, AT(surrogate.tolerance), BETWEEN(1e-6, 0.5),
      .flags = CONFIG_LOW_OPEN},

@@ -133,31 +133,16 @@ static void put_linear(const char *name, const linear_step *m, FILE *file)
             name, m->states, m->inputs, m->h, name, name, name);
 }
 
-static void put_curve(const char *name, const decoupled *m, FILE *file)
-{
-    export_put_array(file, decoupled_numbers(m), m->numbers, "static const double %s_numbers[]",
-                     name);
-    fprintf(file, "static const decoupled %s = {%d, %d, %d, %d, %.17g, %d, {", name, m->states,
-            m->inputs, m->ramps, m->terms, m->step, m->layers);
-    for (int i = 0; i < DECOUPLED_LAYERS_MAX; i++) {
-        fprintf(file, "%s%d", i ? ", " : "", m->width[i]);
-    }
-    fprintf(file, "}, %s_numbers};\n", name);
-}
-
 /* `macro` is a loop_step of loop_functions.c. */
 static void put_step(const char *name, const char *macro, const export_step *m, FILE *file)
 {
     if (m->surrogate) {
         put_surrogate(name, m->surrogate, file);
-    } else if (m->curve) {
-        put_curve(name, m->curve, file);
     } else {
         put_linear(name, m->linear, file);
     }
-    fprintf(file, "#define %s {%s%s, %s%s, %s%s, NULL}\n", macro, m->surrogate ? "&" : "NULL",
-            m->surrogate ? name : "", m->curve ? "&" : "NULL", m->curve ? name : "",
-            m->linear ? "&" : "NULL", m->linear ? name : "");
+    fprintf(file, "#define %s {%s%s, %s%s, NULL}\n", macro, m->surrogate ? "&" : "NULL",
+            m->surrogate ? name : "", m->linear ? "&" : "NULL", m->linear ? name : "");
 }
 
 static void put_steps(const export_loop *loop, FILE *file)

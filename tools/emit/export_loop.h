@@ -9,7 +9,6 @@
 #include "tools/control/regulator.h"
 #include "tools/control/task_observation.h"
 #include "tools/emit/export_compile.h"
-#include "tools/surrogate/decoupled.h"
 #include "tools/surrogate/surrogate_step.h"
 
 #include <stdbool.h>
@@ -18,7 +17,6 @@
 /* A one-step model; one of them. */
 typedef struct export_step {
     const surrogate_step *surrogate;
-    const decoupled *curve;
     const linear_step *linear;
 } export_step;
 

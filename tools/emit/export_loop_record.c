@@ -189,9 +189,7 @@ static size_t memory_of(const export_loop *loop)
     }
     for (int i = 0; i < 2; i++) {
         const export_step *m = i ? &loop->controller : &loop->filter;
-        numbers += m->surrogate ? surrogate_step_work(m->surrogate)
-                   : m->curve   ? decoupled_work(m->curve)
-                                : 0;
+        numbers += m->surrogate ? surrogate_step_work(m->surrogate) : 0;
     }
     if (loop->clearance) {
         numbers += clearance_observation_room(&loop->clearance->places);

@@ -1,9 +1,8 @@
 
 /* ---- the loop ------------------------------------------------------------------------------ */
 
-typedef struct loop_step { /* one of the three */
+typedef struct loop_step { /* one of the two */
     const surrogate_step *of;
-    const decoupled *curve;
     const linear_step *linear;
     double *work;
 } loop_step;
@@ -28,17 +27,14 @@ static int loop_advance(void *context, int count, double h, const double *states
                         double *by_inputs)
 {
     const loop_step *x = context;
-    return x->curve ? decoupled_advance(x->curve, x->work, count, h, states, inputs, after, next,
-                                        by_state, by_inputs)
-                    : surrogate_step_advance(x->of, x->work, count, h, states, inputs, after, next,
-                                             by_state, by_inputs);
+    return surrogate_step_advance(x->of, x->work, count, h, states, inputs, after, next, by_state,
+                                  by_inputs);
 }
 
 static double loop_outside(void *context, const double *state, const double *inputs)
 {
     const loop_step *x = context;
-    return x->curve ? decoupled_outside(x->curve, state, inputs)
-                    : surrogate_step_outside(x->of, state, inputs);
+    return surrogate_step_outside(x->of, state, inputs);
 }
 
 /* Room of so many numbers, counted; without memory none. */
@@ -56,14 +52,12 @@ static one_step loop_model(loop_step *x, const loop_step *from, double *memory, 
     if (x->linear) {
         return linear_one_step(x->linear);
     }
-    x->work =
-        loop_take(memory, used, x->curve ? decoupled_work(x->curve) : surrogate_step_work(x->of));
+    x->work = loop_take(memory, used, surrogate_step_work(x->of));
     memset(&result, 0, sizeof result);
     result.context = x;
-    result.states = x->curve ? x->curve->states : x->of->states;
-    result.inputs = x->curve ? x->curve->inputs : x->of->inputs;
-    result.step = x->curve ? x->curve->step : x->of->step;
-    result.shorter = x->curve != NULL;
+    result.states = x->of->states;
+    result.inputs = x->of->inputs;
+    result.step = x->of->step;
     result.advance = loop_advance;
     result.outside = loop_outside;
     return result;

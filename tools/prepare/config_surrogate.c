@@ -13,8 +13,7 @@ static ad_status read_model(const checkpoint *file, const char *path, surrogate 
     char name[4096 + 16];
     const char *text = NULL;
     config *settings = NULL;
-    const bool curve = checkpoint_has(file, "surrogate/curve");
-    if (!curve && !checkpoint_has(file, "surrogate/shape")) {
+    if (!checkpoint_has(file, "surrogate/shape")) {
         return ad_fail(
             error, AD_BAD_INPUT,
             "%s: is no run of a one-step model; train a scene with the section surrogate", path);
@@ -29,15 +28,11 @@ static ad_status read_model(const checkpoint *file, const char *path, surrogate 
         s->free_owner = free_owner;
         s->scene = &settings->scene;
         s->settings = settings->surrogate;
-        const surrogate_kind_id kind = s->settings.kind;
-        status = curve ? surrogate_get_curve(file, &s->curve, &s->numbers, error)
-                 : kind == SURROGATE_POLYNOMIAL
+        status = s->settings.kind == SURROGATE_POLYNOMIAL
                      ? surrogate_get_nodes(file, &s->step, &s->numbers, error)
                      : surrogate_get(file, &s->step, &s->numbers, error);
     }
-    if (status == AD_OK &&
-        (curve != (s->settings.kind == SURROGATE_DDPINN) ||
-         (curve ? s->curve.inputs : s->step.inputs) != s->scene->parameter_count)) {
+    if (status == AD_OK && s->step.inputs != s->scene->parameter_count) {
         status = ad_fail(error, AD_BAD_INPUT, "%s: the model is not that of its scene", path);
     }
     return status;

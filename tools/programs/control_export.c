@@ -46,10 +46,7 @@ static ad_status verify(const surrogate *s, const char *whose, int count, char l
 
 static export_step step_of(const surrogate *s, const linear_step *linear)
 {
-    const bool curve = s && s->settings.kind == SURROGATE_DDPINN;
-    return (export_step){.surrogate = curve || !s ? NULL : &s->step,
-                         .curve = curve ? &s->curve : NULL,
-                         .linear = s ? NULL : linear};
+    return (export_step){.surrogate = s ? &s->step : NULL, .linear = s ? NULL : linear};
 }
 
 static void describe(const control_row *row, const char *model, char lines[LINES][LINE])

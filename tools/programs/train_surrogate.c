@@ -58,9 +58,7 @@ static ad_status begin(training *t, ad_error *error)
 static void start_progress(training *t)
 {
     t->progress = progress_start(stdout, t->asked->quiet, surrogate_training_fit(t->own),
-                                 t->settings->surrogate.kind == SURROGATE_DDPINN
-                                     ? "errors of steps, over those of states that stay"
-                                     : "errors of steps, over those of the linear map");
+                                 "errors of steps, over those of the linear map");
 }
 
 static void announce(training *t)
@@ -112,12 +110,12 @@ static void finish(training *t)
 {
     const fit *f = t->s.fit;
     if (!t->asked->quiet) {
-        progress_say(&t->progress,
-                     "done: %lld steps in %.2f s%s%s, loss %.3e, held-out %.3e of that of %s",
-                     (long long)f->at.step, t->seconds, f->ended ? ": " : "",
-                     f->ended ? f->ended : "", f->loss, f->held_out,
-                     t->settings->surrogate.kind == SURROGATE_DDPINN ? "states that stay"
-                                                                     : "the linear map");
+        progress_say(
+            &t->progress,
+            "done: %lld steps in %.2f s%s%s, loss %.3e, held-out %.3e of that of the linear "
+            "map",
+            (long long)f->at.step, t->seconds, f->ended ? ": " : "", f->ended ? f->ended : "",
+            f->loss, f->held_out);
         eval_rollouts_print(stdout, &t->report);
         verdict_print(stdout, "", &t->verdict);
         printf("\n  %s\n  %s\n  %s\n\n  cpinn-eval %s --rollouts %d\n", t->folder.checkpoint,
@@ -139,21 +137,14 @@ static void interrupted(training *t)
 static void explain_network(const surrogate_settings *s, const train_settings *settings)
 {
     const nn_mlp_settings *network = &settings->network;
-    const bool sines = s->kind == SURROGATE_DDPINN;
-    printf("%s network (", sines ? "A" : "A linear map by least squares, and a");
+    printf("A linear map by least squares, and a network (");
     for (int i = 0; i < network->hidden_count; i++) {
         printf("%s%d", i ? " x " : "", network->hidden[i]);
     }
-    if (sines) {
-        printf(
-            ") says a curve in\ntime from each state, damped sines beside the state, exact at its "
-            "begin; the loss is\nthe mean square of z' - f at random times along the motions.\n\n");
-    } else {
-        printf(
-            ") for what it leaves over, in\nthe frame of the robot's symmetry, if there is one; "
-            "errors count by what they do to the tip\nover all that follow; output layer by least "
-            "squares in every evaluation.\n\n");
-    }
+    printf(
+        ") for what it leaves over, in\nthe frame of the robot's symmetry, if there is one; errors "
+        "count by what they do to the tip\nover all that follow; output layer by least squares "
+        "in every evaluation.\n\n");
     if (s->kind == SURROGATE_POLYNOMIAL) {
         printf("Both are of the three nodes of Radau's method, whose values have no defect of the "
                "rod's\nequations.\n\n");

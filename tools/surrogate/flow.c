@@ -41,7 +41,7 @@ struct surrogate_flow {
     ad_pool *pool;
     size_t count, parameters;
     int nodes, heads;
-    double weight[DECOUPLED_NODES]; /* of nodes */
+    double weight[SURROGATE_NODES]; /* of nodes */
     head head[HEADS];
     double *even, *odd, *length; /* [inputs][count]; of the frame */
     ad_program *forward, *gradient;

@@ -23,10 +23,9 @@ bool surrogate_is_parameter(const surrogate *s, int i)
 
 typedef struct runner {
     const surrogate_step *step;
-    const decoupled *curve; /* NULL: the step */
-    const double *inner;    /* of polynomials; NULL: none */
+    const double *inner; /* of polynomials; NULL: none */
     surrogate_step part; /* that polynomials are after a part of the step, not 0 once it is known */
-    double *work;        /* of step or damped sines; then [inputs], [numbers] */
+    double *work;        /* of the step; then [inputs], [numbers] */
     double *numbers, *end;
 } runner;
 
@@ -68,10 +67,6 @@ static int advance(void *context, int count, double h, const double *states, con
                    const double *after, double *next, double *by_state, double *by_inputs)
 {
     runner *runner = context;
-    if (runner->curve) {
-        return decoupled_advance(runner->curve, runner->work, count, h, states, inputs, after, next,
-                                 by_state, by_inputs);
-    }
     if (runner->inner && fabs(h - runner->step->step) > 1e-9 * runner->step->step) {
         return advance_part(runner, count, h, states, inputs, after, next, by_state, by_inputs);
     }
@@ -82,17 +77,14 @@ static int advance(void *context, int count, double h, const double *states, con
 static double outside(void *context, const double *state, const double *inputs)
 {
     const runner *runner = context;
-    return runner->curve ? decoupled_outside(runner->curve, state, inputs)
-                         : surrogate_step_outside(runner->step, state, inputs);
+    return surrogate_step_outside(runner->step, state, inputs);
 }
 
 ad_status surrogate_one_step(const surrogate *s, one_step *result, ad_error *error)
 {
     const surrogate_step *m = &s->step;
-    const bool sines = s->settings.kind == SURROGATE_DDPINN;
     const bool parts = s->settings.kind == SURROGATE_POLYNOMIAL;
-    const decoupled *curve = sines ? &s->curve : NULL;
-    const size_t own = sines ? decoupled_work(curve) : surrogate_step_work(m);
+    const size_t own = surrogate_step_work(m);
     const size_t numbers = parts ? surrogate_step_numbers(m) : 0;
     runner *x = malloc(sizeof *x);
     double *work = calloc(own + SURROGATE_INPUTS_MAX + numbers, sizeof *work);
@@ -103,16 +95,15 @@ ad_status surrogate_one_step(const surrogate *s, one_step *result, ad_error *err
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a one-step model");
     }
     *x = (runner){.step = m,
-                  .curve = curve,
                   .inner = parts ? s->numbers + numbers : NULL,
                   .work = work,
                   .end = work + own,
                   .numbers = work + own + SURROGATE_INPUTS_MAX};
     *result = (one_step){.context = x,
-                         .states = sines ? curve->states : m->states,
-                         .inputs = sines ? curve->inputs : m->inputs,
-                         .step = sines ? curve->step : m->step,
-                         .shorter = sines || parts,
+                         .states = m->states,
+                         .inputs = m->inputs,
+                         .step = m->step,
+                         .shorter = parts,
                          .advance = advance,
                          .outside = outside};
     return AD_OK;
@@ -139,7 +130,7 @@ ad_status surrogate_rod(const surrogate *s, int count, const double *places, red
 
 /* ---- in a checkpoint ----------------------------------------------------------------------- */
 
-enum { SINGLE = 15, CURVE_SINGLE = SURROGATE_CURVE - DECOUPLED_LAYERS_MAX };
+enum { SINGLE = 15 };
 _Static_assert(SINGLE + SURROGATE_SLOW_MAX + SURROGATE_LAYERS_MAX + SURROGATE_STATES_MAX +
                        SURROGATE_INPUTS_MAX ==
                    SURROGATE_SHAPE,
@@ -264,56 +255,4 @@ ad_status surrogate_get_nodes(const checkpoint *file, surrogate_step *m, double 
     }
     m->numbers = *numbers = all;
     return checkpoint_get_doubles(file, "surrogate/inner", all + each, inner, error);
-}
-
-void surrogate_put_curve(const decoupled *m, int64_t shape[SURROGATE_CURVE], checkpoint *file)
-{
-    const size_t size = SURROGATE_CURVE, numbers = decoupled_numbers(m);
-    const int single[] = {m->states, m->inputs, m->ramps, m->terms, m->layers};
-    for (size_t i = 0; i < size; i++) {
-        shape[i] = i < CURVE_SINGLE ? single[i] : m->width[i - CURVE_SINGLE];
-    }
-    checkpoint_put_int64(file, "surrogate/curve", shape, 1, &size);
-    checkpoint_put_double(file, "surrogate/step", m->step);
-    checkpoint_put_doubles(file, "surrogate/numbers", m->numbers, 1, &numbers);
-}
-
-ad_status surrogate_get_curve(const checkpoint *file, decoupled *m, double **numbers,
-                              ad_error *error)
-{
-    static const int most[] = {SURROGATE_STATES_MAX, SURROGATE_INPUTS_MAX / 2, 1, 16,
-                               DECOUPLED_LAYERS_MAX};
-    int64_t shape[SURROGATE_CURVE];
-    *numbers = NULL;
-    ad_status status = checkpoint_get_int64(file, "surrogate/curve", shape, SURROGATE_CURVE, error);
-    for (int i = 0; i < SURROGATE_CURVE && status == AD_OK; i++) {
-        const bool is_width = i >= CURVE_SINGLE;
-        const bool used = !is_width || i - CURVE_SINGLE < shape[4];
-        if (used && !(shape[i] >= (i == 0 || i == 4 || is_width) &&
-                      shape[i] <= (is_width ? 4096 : most[i]))) {
-            status =
-                ad_fail(error, AD_BAD_INPUT, "checkpoint: surrogate/curve is not that of a model");
-        }
-    }
-    if (status != AD_OK) {
-        return status;
-    }
-    *m = (decoupled){.states = (int)shape[0],
-                     .inputs = (int)shape[1],
-                     .ramps = shape[2] != 0,
-                     .terms = (int)shape[3],
-                     .layers = (int)shape[4]};
-    for (int i = 0; i < m->layers; i++) {
-        m->width[i] = (int)shape[CURVE_SINGLE + i];
-    }
-    const size_t count = decoupled_numbers(m);
-    status = checkpoint_get_doubles(file, "surrogate/step", &m->step, 1, error);
-    *numbers = malloc(count * sizeof **numbers);
-    if (status == AD_OK) {
-        status = *numbers
-                     ? checkpoint_get_doubles(file, "surrogate/numbers", *numbers, count, error)
-                     : ad_fail(error, AD_NO_MEMORY, "out of memory for a one-step model");
-    }
-    m->numbers = *numbers;
-    return status;
 }

@@ -14,7 +14,6 @@
 #include "physics/chain/reduced.h"
 #include "physics/local/one_step.h"
 #include "tools/files/checkpoint.h"
-#include "tools/surrogate/decoupled.h"
 #include "tools/surrogate/surrogate_curve.h"
 #include "tools/surrogate/surrogate_settings.h"
 
@@ -22,9 +21,7 @@ typedef struct surrogate {
     const struct scene *scene;   /* borrowed, with what it needs, from `owner` */
     surrogate_settings settings; /* resolved: modes, inputs, parameters */
     surrogate_step step;
-    decoupled curve; /* damped sines, in place of the step */
-    double *numbers; /* of step or curve; owned. Those of a step are followed by those of the other
-                      * nodes of a polynomial */
+    double *numbers; /* of the step; owned. Those of the other nodes of a polynomial follow */
     void *owner;     /* freed by free_owner, which may be NULL */
     void (*free_owner)(void *owner);
 } surrogate;
@@ -61,12 +58,6 @@ ad_status surrogate_get(const checkpoint *file, surrogate_step *m, double **numb
 /* The other nodes of polynomials beside their step: surrogate/inner. get reads the step as well. */
 void surrogate_put_nodes(const surrogate_step *m, const double *inner, checkpoint *file);
 ad_status surrogate_get_nodes(const checkpoint *file, surrogate_step *m, double **numbers,
-                              ad_error *error);
-
-/* The same of damped sines: surrogate/curve, step, numbers. */
-enum { SURROGATE_CURVE = 5 + DECOUPLED_LAYERS_MAX };
-void surrogate_put_curve(const decoupled *m, int64_t shape[SURROGATE_CURVE], checkpoint *file);
-ad_status surrogate_get_curve(const checkpoint *file, decoupled *m, double **numbers,
                               ad_error *error);
 
 #endif

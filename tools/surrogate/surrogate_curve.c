@@ -4,6 +4,8 @@
 
 #include <string.h>
 
+const double surrogate_nodes[SURROGATE_NODES] = {0.15505102572168219, 0.64494897427831781, 1};
+
 /* Numbers of the hidden layers, which come before the output layer. */
 static size_t hidden_parameters(const surrogate_step *end)
 {
@@ -37,10 +39,10 @@ void surrogate_curve_at(const surrogate_step *end, const double *inner, double t
     memcpy(numbers, end->numbers, size * sizeof *numbers);
     add(end, -1, end->numbers, numbers); /* 0 */
     for (size_t i = 0; i <= SURROGATE_INNER; i++) {
-        const double own = decoupled_nodes[i];
+        const double own = surrogate_nodes[i];
         double by = t / own;
         for (size_t j = 0; j <= SURROGATE_INNER; j++) {
-            by *= j == i ? 1 : (t - decoupled_nodes[j]) / (own - decoupled_nodes[j]);
+            by *= j == i ? 1 : (t - surrogate_nodes[j]) / (own - surrogate_nodes[j]);
         }
         add(end, by, i < SURROGATE_INNER ? inner + i * size : end->numbers, numbers);
         begin *= (own - t) / own;

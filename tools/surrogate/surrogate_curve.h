@@ -8,10 +8,12 @@
 #ifndef SURROGATE_CURVE_H
 #define SURROGATE_CURVE_H
 
-#include "tools/surrogate/decoupled.h"
 #include "tools/surrogate/surrogate_step.h"
 
-enum { SURROGATE_INNER = DECOUPLED_NODES - 1 };
+enum { SURROGATE_NODES = 3, SURROGATE_INNER = SURROGATE_NODES - 1 };
+
+/* Of order 5, as those of the reduced rod's steps; the last is 1. */
+extern const double surrogate_nodes[SURROGATE_NODES];
 
 /* numbers [surrogate_step_numbers] at t in (0, 1] of a step, for the model at its end; inner
  * [SURROGATE_INNER][surrogate_step_numbers] of the other nodes. */

@@ -18,7 +18,7 @@ const char *const *surrogate_kind_names(void)
 
 surrogate_settings surrogate_settings_default(void)
 {
-    return (surrogate_settings){.step = NAN, .tolerance = 5e-3, .solved = 20000, .terms = 4};
+    return (surrogate_settings){.step = NAN, .tolerance = 5e-3, .solved = 20000};
 }
 
 bool surrogate_is_given(const surrogate_settings *settings)
@@ -44,7 +44,7 @@ bool surrogate_names_parameter(const surrogate_settings *settings, const char *n
 /* ---- what is open, and checks -------------------------------------------------------------- */
 
 /* Steps of the optimiser, and the network, that were measured to be worth their time. */
-enum { STEPS = 4000, WIDTH = 64, DECOUPLED_STEPS = 16000 };
+enum { STEPS = 4000, WIDTH = 64 };
 
 static ad_status refuse(char key[TRAIN_KEY_MAX], const char *which, ad_error *error,
                         const char *problem)
@@ -111,18 +111,11 @@ static ad_status resolve_names(surrogate_settings *settings, const scene *of,
 /* Of polynomials, with three nodes in place of an end. */
 enum { NODES_STEPS = 2000 };
 
-/* Of curves of sines Adam on parts of the steps, since f with its derivatives is what costs. */
 static train_stage usual_stage(const surrogate_settings *settings)
 {
     train_stage stage = train_stage_default();
     stage.optim.method = OPTIM_SSBROYDEN;
     stage.steps = settings->kind == SURROGATE_POLYNOMIAL ? NODES_STEPS : STEPS;
-    if (settings->kind == SURROGATE_DDPINN) {
-        stage.optim.method = OPTIM_ADAM;
-        stage.steps = DECOUPLED_STEPS;
-        stage.optim.learning_rate = 2e-3;
-        stage.optim.clip_norm = 1; /* decays may turn negative */
-    }
     return stage;
 }
 

@@ -9,9 +9,8 @@
 #define SURROGATE_KIND_LIST(X)                                                                     \
     X(SURROGATE_FLOW, "flow")     /* linear map + network, regression on solved steps */           \
     X(SURROGATE_LINEAR, "linear") /* the linear map alone */                                       \
-    /* curves in time, learned from the rod's equations: tools/surrogate/decoupled.h, */           \
-    X(SURROGATE_DDPINN, "ddpinn")         /* damped sines, as published */                         \
-    X(SURROGATE_POLYNOMIAL, "polynomial") /* a learned method of Radau: surrogate_curve.h */
+    /* curves in time, learned from the rod's equations, a method of Radau: surrogate_curve.h */   \
+    X(SURROGATE_POLYNOMIAL, "polynomial")
 #define SURROGATE_HOLD_LIST(X)                                                                     \
     X(SURROGATE_CONSTANT, "constant") /* inputs stay while a step lasts */                         \
     X(SURROGATE_RAMP, "linear")       /* go linearly to those of its end */
@@ -35,7 +34,6 @@ typedef struct surrogate_settings {
     const char *inputs[SCENE_PARAMETERS_MAX];     /* actuated; none: all that are no parameters */
     const char *parameters[SCENE_PARAMETERS_MAX]; /* slow ones, which stay for a rollout */
     int solved;                                   /* steps to learn from */
-    int terms;                                    /* of ddpinn: damped sines for each state */
 } surrogate_settings;
 
 surrogate_settings surrogate_settings_default(void);

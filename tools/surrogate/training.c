@@ -16,7 +16,8 @@ static const fit_kind one_step_model;
 
 /* ---- preparation --------------------------------------------------------------------------- */
 
-excitation_settings surrogate_excitation(const surrogate_training *t, int steps, int first,
+/* How rollouts of so many steps are drawn. */
+static excitation_settings excitation_of(const surrogate_training *t, int steps, int first,
                                          int count)
 {
     excitation_settings settings = excitation_settings_default();
@@ -42,7 +43,7 @@ static ad_status draw_one(surrogate_training *t, int length, int part, surrogate
     const int learnt = (t->settings->solved / LENGTHS + length - 1) / length;
     const int first = (length == lengths[0] ? 0 : INT32_MAX / 2) + part * learnt;
     const excitation_settings settings =
-        surrogate_excitation(t, length, first, part == 0 ? learnt : (learnt + HELD - 1) / HELD);
+        excitation_of(t, length, first, part == 0 ? learnt : (learnt + HELD - 1) / HELD);
     excitation_rollouts motions;
     ad_status status = excitation_run(t->open, &settings, t->pool, &motions, error);
     if (status == AD_OK) {
@@ -125,7 +126,7 @@ static ad_status find_model(surrogate_training *t, reduced_rod *rod, ad_error *e
         return status;
     }
     add_network(t);
-    const size_t nodes = t->settings->kind == SURROGATE_POLYNOMIAL ? DECOUPLED_NODES : 1;
+    const size_t nodes = t->settings->kind == SURROGATE_POLYNOMIAL ? SURROGATE_NODES : 1;
     numbers = realloc(t->numbers, nodes * surrogate_step_numbers(&t->step) * sizeof *numbers);
     t->numbers = numbers ? numbers : t->numbers;
     t->step.numbers = t->numbers;
@@ -145,12 +146,6 @@ static ad_status start(void *of, ad_error *error)
     const train_stage *stage = &t->training->stages[t->fit.at.stage];
     const char *why;
     const optim_settings settings = optim_settings_own(&stage->optim);
-    if (t->settings->kind == SURROGATE_DDPINN) {
-        const ad_status status = surrogate_make_physics(t, error);
-        if (status != AD_OK) {
-            return status;
-        }
-    }
     optim_free(t->optimizer);
     t->optimizer = t->fit.by = optim_create(t->info.parameters, t->start, &settings, &why);
     return t->optimizer ? AD_OK : ad_fail(error, AD_NO_MEMORY, "training.stages: %s", why);
@@ -169,13 +164,6 @@ static ad_status prepare(surrogate_training *t, ad_error *error)
         status = ad_fail(error, AD_BAD_INPUT, "%d states of the reduced rod; allowed: up to %d",
                          reduced_states(rod), SURROGATE_STATES_MAX);
     }
-    if (status == AD_OK && t->settings->kind == SURROGATE_DDPINN) {
-        const int rollouts = (t->settings->solved + lengths[0] - 1) / lengths[0];
-        reduced_free(rod);
-        status =
-            surrogate_prepare_curve(t, lengths[0], rollouts, (rollouts + HELD - 1) / HELD, error);
-        return status == AD_OK ? fit_start(&t->fit, error) : status;
-    }
     status = status == AD_OK ? draw(t, 0, &t->steps, error) : status;
     status = status == AD_OK ? draw(t, 1, &t->held, error) : status;
     status = status == AD_OK ? find_model(t, rod, error) : status;
@@ -186,11 +174,11 @@ static ad_status prepare(surrogate_training *t, ad_error *error)
         t->fit.loss = t->fit.held_out = 1;
         return status;
     }
-    surrogate_node nodes[DECOUPLED_NODES] = {{&t->step, t->steps.next}};
+    surrogate_node nodes[SURROGATE_NODES] = {{&t->step, t->steps.next}};
     for (int i = 0; i < SURROGATE_INNER; i++) {
         nodes[i + 1] = (surrogate_node){&t->inner[i], t->steps.inner[i]};
     }
-    status = surrogate_flow_create(t->settings->kind == SURROGATE_POLYNOMIAL ? DECOUPLED_NODES : 1,
+    status = surrogate_flow_create(t->settings->kind == SURROGATE_POLYNOMIAL ? SURROGATE_NODES : 1,
                                    nodes, &t->steps, t->gramian, t->pool, &t->flow, error);
     if (status != AD_OK) {
         return status;
@@ -241,16 +229,11 @@ void surrogate_training_free(surrogate_training *t)
 {
     if (t) {
         surrogate_flow_free(t->flow);
-        physics_loss_free(t->physics);
-        physics_loss_free(t->held_loss);
-        excitation_free(&t->motions);
-        excitation_free(&t->held_motions);
         surrogate_steps_free(&t->steps);
         surrogate_steps_free(&t->held);
         optim_free(t->optimizer);
         fit_free(&t->fit);
         free(t->numbers);
-        free(t->scales);
         free(t->gramian);
         free(t->work);
         free(t->start);
@@ -262,18 +245,12 @@ void surrogate_training_free(surrogate_training *t)
 
 const surrogate_step *surrogate_training_step_of(surrogate_training *t)
 {
-    if (t->physics) { /* a batch is another function each time: the last parameters */
-        const size_t count = t->info.parameters;
-        const double *now = t->optimizer ? optim_x(t->optimizer) : t->start;
-        memcpy(t->numbers + decoupled_numbers(&t->curve) - count, now, count * sizeof *now);
-        return &t->step;
-    }
     if (!t->flow) {
         return &t->step;
     }
     const double *best = t->optimizer ? optim_best_x(t->optimizer) : t->start;
-    double *networks[DECOUPLED_NODES];
-    const size_t nodes = t->settings->kind == SURROGATE_POLYNOMIAL ? DECOUPLED_NODES : 1;
+    double *networks[SURROGATE_NODES];
+    const size_t nodes = t->settings->kind == SURROGATE_POLYNOMIAL ? SURROGATE_NODES : 1;
     for (size_t i = 0; i < nodes; i++) {
         networks[i] = t->numbers + (i + 1) * surrogate_step_numbers(&t->step) -
                       surrogate_step_parameters(&t->step);
@@ -286,9 +263,7 @@ static ad_status row(void *of, ad_error *error)
     surrogate_training *t = of;
     fit *f = &t->fit;
     const surrogate_step *m = surrogate_training_step_of(t);
-    f->held_out = t->physics ? surrogate_held_error(t, optim_x(t->optimizer)) / t->held_linear
-                  : m        ? weighted_error(t, m, &t->held) / t->held_linear
-                             : NAN;
+    f->held_out = m ? weighted_error(t, m, &t->held) / t->held_linear : NAN;
     const double row[] = {(double)f->at.step,
                           f->at.stage + 1,
                           fit_seconds(f),
@@ -308,13 +283,8 @@ static ad_status step(void *of, optim_status *outcome, bool *taken, ad_error *er
 {
     surrogate_training *t = of;
     const fit_place *at = &t->fit.at;
-    const optim_target target = {.objective =
-                                     t->physics ? physics_loss_evaluate : surrogate_flow_evaluate,
-                                 .context = t->physics ? (void *)t->physics : t->flow};
+    const optim_target target = {.objective = surrogate_flow_evaluate, .context = t->flow};
     (void)taken;
-    if (t->physics) {
-        physics_loss_draw(t->physics, at->step);
-    }
     *outcome = optim_step(t->optimizer, &target);
     return *outcome == OPTIM_NOT_FINITE || *outcome == OPTIM_NO_FINITE_STEP ||
                    *outcome == OPTIM_UNBOUNDED || *outcome == OPTIM_STOPPED_BY_OBJECTIVE
@@ -328,8 +298,7 @@ static ad_status end(void *of, optim_status status, bool *again, ad_error *error
 {
     surrogate_training *t = of;
     (void)status, (void)again, (void)error;
-    const double *point = t->physics ? optim_x(t->optimizer) : optim_best_x(t->optimizer);
-    memcpy(t->start, point, t->info.parameters * sizeof *t->start);
+    memcpy(t->start, optim_best_x(t->optimizer), t->info.parameters * sizeof *t->start);
     return AD_OK;
 }
 

@@ -3,7 +3,6 @@
 #define SURROGATE_TRAINING_INTERNAL_H
 
 #include "tools/surrogate/flow.h"
-#include "tools/surrogate/physics_loss.h"
 
 struct surrogate_training {
     const scene *open;
@@ -23,16 +22,13 @@ struct surrogate_training {
     double *start;                         /* [parameters], of the stage at work */
     optim_optimizer *optimizer;
     int64_t shape[SURROGATE_SHAPE]; /* lent to a checkpoint */
-    decoupled
-        curve; /* damped sines, in place of steps, step and flow; of polynomials, their scales */
-    double *scales; /* its numbers */
-    excitation_rollouts motions, held_motions;
-    physics_loss *physics, *held_loss; /* of the stage at work; errors of held-out steps */
 };
 
-/* How rollouts of so many steps are drawn for training. */
-excitation_settings surrogate_excitation(const surrogate_training *t, int steps, int first,
-                                         int count);
+/* collocate.c. Node values nodes [count][steps][SURROGATE_NODES][states] of the steps of motions,
+ * by the equations of the rod alone. They are those of one step of Radau's method, found by
+ * Newton's method; the first is not a number where that fails. */
+ad_status surrogate_collocate(surrogate_training *t, const excitation_rollouts *motions,
+                              double *nodes, ad_error *error);
 
 /* training_nodes.c. Node values of the steps behind `from`, which are of these motions: at the end
  * in place of the solved state. Steps without are left out. */
@@ -40,13 +36,6 @@ ad_status surrogate_add_nodes(surrogate_training *t, const excitation_rollouts *
                               size_t from, surrogate_steps *steps, ad_error *error);
 /* Models of the other nodes beside that of the end, which is known but for its network. */
 ad_status surrogate_find_inner(surrogate_training *t, ad_error *error);
-
-/* training_curve.c. Motions, the curve and its start; the loss of the stage at work; the mean error
- * of held-out steps for parameters (NULL: of states that stay), NaN where it is not finite. */
-ad_status surrogate_prepare_curve(surrogate_training *t, int steps, int rollouts, int held,
-                                  ad_error *error);
-ad_status surrogate_make_physics(surrogate_training *t, ad_error *error);
-double surrogate_held_error(surrogate_training *t, const double *parameters);
 
 /* training_state.c; of fit_kind. */
 ad_status surrogate_training_put(void *of, checkpoint *file, ad_error *error);

@@ -5,26 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-static ad_status find_scales(surrogate_training *t, const excitation_rollouts *motions,
-                             ad_error *error)
+/* Row `from`, of n numbers of the state and `all` of inputs, becomes row `to` <= from. */
+static void move(size_t n, size_t all, surrogate_steps *steps, size_t from, size_t to)
 {
-    t->curve = (decoupled){.states = motions->states,
-                           .inputs = motions->inputs,
-                           .ramps = t->settings->hold == SURROGATE_RAMP,
-                           .step = t->settings->step};
-    t->scales = calloc(decoupled_numbers(&t->curve), sizeof *t->scales);
-    t->curve.numbers = t->scales;
-    if (!t->scales) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a one-step model");
-    }
-    physics_prepare(t->open, motions, t->training->seed, &t->curve, t->scales);
-    return AD_OK;
-}
-
-/* Row `from` becomes row `to` <= from. */
-static void move(const decoupled *m, surrogate_steps *steps, size_t from, size_t to)
-{
-    const size_t n = (size_t)m->states, all = (size_t)decoupled_given(m);
     memmove(steps->state + to * n, steps->state + from * n, n * sizeof *steps->state);
     memmove(steps->next + to * n, steps->next + from * n, n * sizeof *steps->next);
     memmove(steps->input + to * all, steps->input + from * all, all * sizeof *steps->input);
@@ -33,10 +16,10 @@ static void move(const decoupled *m, surrogate_steps *steps, size_t from, size_t
 ad_status surrogate_add_nodes(surrogate_training *t, const excitation_rollouts *motions,
                               size_t from, surrogate_steps *steps, ad_error *error)
 {
-    const size_t n = (size_t)motions->states, each = DECOUPLED_NODES * n;
+    const size_t n = (size_t)motions->states, each = SURROGATE_NODES * n;
+    const size_t given = (size_t)motions->inputs * (t->settings->hold == SURROGATE_RAMP ? 2 : 1);
     const size_t rows = (size_t)motions->count * (size_t)motions->steps;
     size_t to = from;
-    ad_status status = t->scales ? AD_OK : find_scales(t, motions, error);
     double *nodes = malloc((rows + 1) * each * sizeof *nodes);
     bool fine = nodes != NULL;
     for (int i = 0; i < SURROGATE_INNER; i++) {
@@ -44,20 +27,15 @@ ad_status surrogate_add_nodes(surrogate_training *t, const excitation_rollouts *
         steps->inner[i] = grown ? grown : steps->inner[i];
         fine = fine && grown;
     }
-    if (status == AD_OK && !fine) {
-        status = ad_fail(error, AD_NO_MEMORY, "out of memory for nodes of steps");
-    }
-    if (status == AD_OK) {
-        status = physics_collocate(t->open, t->settings->modes, motions, &t->curve, t->pool, nodes,
-                                   error);
-    }
+    ad_status status = fine ? surrogate_collocate(t, motions, nodes, error)
+                            : ad_fail(error, AD_NO_MEMORY, "out of memory for nodes of steps");
     for (int i = 0; i < motions->count && status == AD_OK; i++) {
         for (int k = 0; k < motions->done[i]; k++, from++) {
             const double *of = nodes + ((size_t)i * (size_t)motions->steps + (size_t)k) * each;
             if (isnan(of[0])) {
                 continue;
             }
-            move(&t->curve, steps, from, to);
+            move(n, given, steps, from, to);
             memcpy(steps->next + to * n, of + SURROGATE_INNER * n, n * sizeof *of);
             for (int s = 0; s < SURROGATE_INNER; s++) {
                 memcpy(steps->inner[s] + to * n, of + (size_t)s * n, n * sizeof *of);

@@ -11,11 +11,7 @@ ad_status surrogate_training_put(void *of, checkpoint *file, ad_error *error)
     if (!surrogate_training_step_of(t)) {
         return ad_fail(error, AD_NOT_FINITE, "the output layer of the model is not finite");
     }
-    if (t->physics) {
-        surrogate_put_curve(&t->curve, t->shape, file);
-    } else {
-        surrogate_put(&t->step, t->shape, file);
-    }
+    surrogate_put(&t->step, t->shape, file);
     if (t->settings->kind == SURROGATE_POLYNOMIAL) {
         surrogate_put_nodes(&t->step, t->inner[0].numbers, file);
     }
@@ -27,7 +23,7 @@ ad_status surrogate_training_get(void *of, const checkpoint *file, bool *at_work
 {
     surrogate_training *t = of;
     (void)at_work;
-    if (!t->flow && !t->physics) {
+    if (!t->flow) {
         t->fit.state = FIT_OVER;
     }
     if (t->fit.state == FIT_OVER) { /* what is left is the model */
