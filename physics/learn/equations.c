@@ -194,12 +194,19 @@ ad_status equations_know_words(equations *e, const char *text, ad_error *error)
 ad_status equations_read_formula(equations *e, const char *text, int kinds, quantity *q,
                                  ad_error *error)
 {
-    ad_status status = equations_still_open(e, error);
     char list[EQUATIONS_LIST_BYTES];
-    status = status == AD_OK ? equations_know_words(e, text, error) : status;
+    ad_error why;
+    ad_status status = equations_know_words(e, text, error);
     if (status == AD_OK) {
         *q = quantity_formula(e->quantities, text);
-        status = quantity_check(*q, error);
+        status = quantity_check(*q, &why);
+        if (status != AD_OK) {
+            const bool derives = (kinds & NAME_FIELD) && e->model->field_count > 0 &&
+                                 e->model->domain.count > 0 && strstr(why.message, "unknown name");
+            ad_fail(error, status, "%s%s%s%s%s", why.message,
+                    derives ? ", and derivatives as " : "", derives ? e->model->symbols[0] : "",
+                    derives ? "_" : "", derives ? e->model->domain.coordinates[0].name : "");
+        }
     }
     for (int i = 0; i < e->name_count && status == AD_OK; i++) {
         const equations_name *n = &e->names[i];
@@ -344,7 +351,8 @@ ad_status equations_add_parameter(equations *e, const char *text, const char *fo
                                   ad_error *error)
 {
     quantity q;
-    ad_status status = equations_read_formula(e, formula, NAME_ANY, &q, error);
+    ad_status status = equations_still_open(e, error);
+    status = status == AD_OK ? equations_read_formula(e, formula, NAME_ANY, &q, error) : status;
     if (status == AD_OK) {
         status = quantities_define(e->quantities, text, q, error);
     }
@@ -390,8 +398,7 @@ bool equations_is_range(const equations *e, int coordinate)
     return e->is_range[coordinate];
 }
 
-int equations_unknown(const equations *e, const char *text)
+const physics_model *equations_so_far(const equations *e)
 {
-    const int known = equations_find_name(e, text, strlen(text));
-    return known >= 0 && e->names[known].kind == NAME_UNKNOWN ? e->names[known].index : -1;
+    return e->model;
 }

@@ -74,11 +74,11 @@ ad_status equations_number(equations *e, const char *formula, double *value, ad_
  * more than fits, is AD_BAD_INPUT. */
 ad_status equations_model(equations *e, const physics_model **model, ad_error *error);
 
+/* The model as far as it is: coordinates, fields and unknowns, of a solution that is read again. */
+const physics_model *equations_so_far(const equations *e);
+
 /* Whether a coordinate of the model is a parameter with a range. */
 bool equations_is_range(const equations *e, int coordinate);
-
-/* The place of an unknown among those of the model by its name; -1: it is none. */
-int equations_unknown(const equations *e, const char *name);
 
 /* What is asked of a solution: the row of its field and the order by each coordinate of the model,
  * of "u", "u_xt". */

@@ -50,7 +50,8 @@ static ad_status add_residual(equations *e, const char *what, int number, int se
 ad_status equations_add_inside(equations *e, const char *text, ad_error *error)
 {
     quantity q;
-    ad_status status = equations_read_formula(e, text, NAME_ANY, &q, error);
+    ad_status status = equations_still_open(e, error);
+    status = status == AD_OK ? equations_read_formula(e, text, NAME_ANY, &q, error) : status;
     status = status == AD_OK ? needs_field(e, q, error) : status;
     if (status != AD_OK) {
         return status;
@@ -153,7 +154,8 @@ ad_status equations_add_condition(equations *e, const char *coordinate, double a
 {
     equations_condition c = {0};
     quantity q;
-    ad_status status = find_face(e, coordinate, at, &c.coordinate, &c.end, error);
+    ad_status status = equations_still_open(e, error);
+    status = status == AD_OK ? find_face(e, coordinate, at, &c.coordinate, &c.end, error) : status;
     if (status == AD_OK && strcmp(what, "zero") != 0) {
         status = add_value(e, c, what, text, error);
     } else if (status == AD_OK) {

@@ -79,6 +79,9 @@ static void unknown_key_text(const char *path, char *text, size_t size)
 static ad_status unknown_key(config_reader *reader, const yaml_node_t *node, const char *path)
 {
     char text[700];
+    if (strcmp(path, "equations") == 0) {
+        return blame_at(reader, node, path, "is of no scene; cpinn-fit takes files with equations");
+    }
     unknown_key_text(path, text, sizeof text);
     return blame_at(reader, node, path, text);
 }
