@@ -85,6 +85,8 @@ find autodiff nn optim physics tests tools -name '*.[ch]' -exec \
         is_shared["autodiff/run/tanh.h"] = 1 # texts that need nothing, also of exported C
         is_shared["physics/numerics/quaternion.h"] = 1
         is_shared["physics/numerics/quaternion_algebra.h"] = 1
+        is_shared["physics/numerics/vector.h"] = 1
+        is_shared["physics/numerics/vector_algebra.h"] = 1
         is_shared["physics/numerics/processor.h"] = 1
     }
     {

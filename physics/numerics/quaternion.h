@@ -2,20 +2,17 @@
 #ifndef PHYSICS_NUMERICS_QUATERNION_H
 #define PHYSICS_NUMERICS_QUATERNION_H
 
+#include "physics/numerics/vector.h"
+
 #include <math.h>
 
-#define NUMBER         double
+#define ALGEBRA_NUMBER double
 #define ALGEBRA(name)  name
 #define ALGEBRA_INLINE static inline
 #include "physics/numerics/quaternion_algebra.h"
-#undef NUMBER
+#undef ALGEBRA_NUMBER
 #undef ALGEBRA
 #undef ALGEBRA_INLINE
-
-static inline double vector_dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
 
 static inline double vector_distance(const double a[3], const double b[3])
 {

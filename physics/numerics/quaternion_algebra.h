@@ -1,15 +1,9 @@
-/* Vectors, quaternions (w, x, y, z) and rotations of some type of number, for quaternion.h and
- * lanes.h, which say of which: NUMBER, and ALGEBRA(name) for what a function is called. There is no
+/* Quaternions (w, x, y, z) and rotations of some type of number, for quaternion.h and lanes.h,
+ * which say of which: ALGEBRA_NUMBER, and ALGEBRA(name) for what a function is called. There is no
  * guard: each includes it once. */
-ALGEBRA_INLINE void ALGEBRA(vector_cross)(const NUMBER a[3], const NUMBER b[3], NUMBER out[3])
-{
-    out[0] = a[1] * b[2] - a[2] * b[1];
-    out[1] = a[2] * b[0] - a[0] * b[2];
-    out[2] = a[0] * b[1] - a[1] * b[0];
-}
-
 /* p q */
-ALGEBRA_INLINE void ALGEBRA(quaternion_product)(const NUMBER p[4], const NUMBER q[4], NUMBER out[4])
+ALGEBRA_INLINE void ALGEBRA(quaternion_product)(const ALGEBRA_NUMBER p[4],
+                                                const ALGEBRA_NUMBER q[4], ALGEBRA_NUMBER out[4])
 {
     out[0] = p[0] * q[0] - p[1] * q[1] - p[2] * q[2] - p[3] * q[3];
     out[1] = p[0] * q[1] + p[1] * q[0] + p[2] * q[3] - p[3] * q[2];
@@ -18,16 +12,17 @@ ALGEBRA_INLINE void ALGEBRA(quaternion_product)(const NUMBER p[4], const NUMBER 
 }
 
 /* p* q */
-ALGEBRA_INLINE void ALGEBRA(quaternion_quotient)(const NUMBER p[4], const NUMBER q[4],
-                                                 NUMBER out[4])
+ALGEBRA_INLINE void ALGEBRA(quaternion_quotient)(const ALGEBRA_NUMBER p[4],
+                                                 const ALGEBRA_NUMBER q[4], ALGEBRA_NUMBER out[4])
 {
-    const NUMBER conjugate[4] = {p[0], -p[1], -p[2], -p[3]};
+    const ALGEBRA_NUMBER conjugate[4] = {p[0], -p[1], -p[2], -p[3]};
     ALGEBRA(quaternion_product)(conjugate, q, out);
 }
 
 /* q (0, a) */
-ALGEBRA_INLINE void ALGEBRA(quaternion_times_vector)(const NUMBER q[4], const NUMBER a[3],
-                                                     NUMBER out[4])
+ALGEBRA_INLINE void ALGEBRA(quaternion_times_vector)(const ALGEBRA_NUMBER q[4],
+                                                     const ALGEBRA_NUMBER a[3],
+                                                     ALGEBRA_NUMBER out[4])
 {
     out[0] = -q[1] * a[0] - q[2] * a[1] - q[3] * a[2];
     out[1] = q[0] * a[0] + q[2] * a[2] - q[3] * a[1];
@@ -36,11 +31,11 @@ ALGEBRA_INLINE void ALGEBRA(quaternion_times_vector)(const NUMBER q[4], const NU
 }
 
 /* R(q), rows in turn, of a unit quaternion. */
-ALGEBRA_INLINE void ALGEBRA(rotation_matrix)(const NUMBER q[4], NUMBER R[3][3])
+ALGEBRA_INLINE void ALGEBRA(rotation_matrix)(const ALGEBRA_NUMBER q[4], ALGEBRA_NUMBER R[3][3])
 {
-    NUMBER ww = q[0] * q[0], xx = q[1] * q[1], yy = q[2] * q[2], zz = q[3] * q[3];
-    NUMBER wx = q[0] * q[1], wy = q[0] * q[2], wz = q[0] * q[3];
-    NUMBER xy = q[1] * q[2], xz = q[1] * q[3], yz = q[2] * q[3];
+    ALGEBRA_NUMBER ww = q[0] * q[0], xx = q[1] * q[1], yy = q[2] * q[2], zz = q[3] * q[3];
+    ALGEBRA_NUMBER wx = q[0] * q[1], wy = q[0] * q[2], wz = q[0] * q[3];
+    ALGEBRA_NUMBER xy = q[1] * q[2], xz = q[1] * q[3], yz = q[2] * q[3];
     R[0][0] = ww + xx - yy - zz;
     R[1][1] = ww - xx + yy - zz;
     R[2][2] = ww - xx - yy + zz;
@@ -53,14 +48,16 @@ ALGEBRA_INLINE void ALGEBRA(rotation_matrix)(const NUMBER q[4], NUMBER R[3][3])
 }
 
 /* R a and R^T a */
-ALGEBRA_INLINE void ALGEBRA(to_world)(NUMBER R[3][3], const NUMBER a[3], NUMBER out[3])
+ALGEBRA_INLINE void ALGEBRA(to_world)(ALGEBRA_NUMBER R[3][3], const ALGEBRA_NUMBER a[3],
+                                      ALGEBRA_NUMBER out[3])
 {
     for (int i = 0; i < 3; i++) {
         out[i] = R[i][0] * a[0] + R[i][1] * a[1] + R[i][2] * a[2];
     }
 }
 
-ALGEBRA_INLINE void ALGEBRA(to_body)(NUMBER R[3][3], const NUMBER a[3], NUMBER out[3])
+ALGEBRA_INLINE void ALGEBRA(to_body)(ALGEBRA_NUMBER R[3][3], const ALGEBRA_NUMBER a[3],
+                                     ALGEBRA_NUMBER out[3])
 {
     for (int i = 0; i < 3; i++) {
         out[i] = R[0][i] * a[0] + R[1][i] * a[1] + R[2][i] * a[2];

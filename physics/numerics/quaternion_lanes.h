@@ -20,11 +20,12 @@ PROCESSOR_INLINE void lanes_inverse_root(const lanes *x, lanes *root)
     *root = y;
 }
 
-#define NUMBER         lanes
+#define ALGEBRA_NUMBER lanes
 #define ALGEBRA(name)  lanes_##name
 #define ALGEBRA_INLINE PROCESSOR_INLINE
 #include "physics/numerics/quaternion_algebra.h"
-#undef NUMBER
+#include "physics/numerics/vector_algebra.h"
+#undef ALGEBRA_NUMBER
 #undef ALGEBRA
 #undef ALGEBRA_INLINE
 

@@ -2,11 +2,12 @@
  * refused. */
 #include "meshes.h"
 #include "near.h"
+#include "physics/numerics/triangle.h"
 #include "random_numbers.h"
 #include "temporary_folder.h"
 #include "tools/environment/distance_grid.h"
 #include "tools/environment/environment.h"
-#include "tools/environment/triangle.h"
+#include "tools/environment/surface_tree.h"
 
 #include <time.h>
 
@@ -119,6 +120,29 @@ static environment *open_mesh(const mesh *m, const char *name, double unit, envi
     return result;
 }
 
+static surface_tree *tree_of(const environment *of, environment_side side)
+{
+    surface_tree *tree = NULL;
+    assert_int_equal(surface_tree_create(environment_surface(of), side, &tree, NULL), AD_OK);
+    return tree;
+}
+
+/* What exported C says against Embree's answer: both measure the same triangles but for corners,
+ * which are floats in the tree. The side is one where the surface is farther than that. */
+static void try_tree(const surface_tree *tree, const double p[3], double found)
+{
+    double nearest[3], to[3];
+    const double said = triangle_tree_distance(&tree->tree, p, INFINITY, nearest);
+    assert_near(said, fabs(found), tree->error);
+    combine(p, -1, nearest, 0, p, to);
+    assert_near(sqrt(dot(to, to)), said, tree->error);
+    assert_true(triangle_tree_distance(&tree->tree, p, said / 2, nearest) == said / 2);
+    assert_true(triangle_tree_distance(&tree->tree, p, said * 1.5 + 1e-12, nearest) == said);
+    if (fabs(found) > tree->error) {
+        assert_int_equal(triangle_tree_is_free(&tree->tree, p), found > 0);
+    }
+}
+
 /* Anywhere; near the surface, by a power of ten; at its corners and the middles of its edges. */
 static void draw(const mesh *m, uint64_t *random, double size, double p[3])
 {
@@ -138,6 +162,7 @@ static void draw(const mesh *m, uint64_t *random, double size, double p[3])
  * 2 here. The distance within which it is does not change the answer, also where it is wrong. */
 static void try_points(const mesh *m, const environment *of, uint64_t seed, int count, double size)
 {
+    surface_tree *tree = tree_of(of, ENVIRONMENT_OUTSIDE);
     for (int k = 0; k < count; k++) {
         double p[3];
         draw(m, &seed, size, p);
@@ -145,6 +170,7 @@ static void try_points(const mesh *m, const environment *of, uint64_t seed, int 
         assert_near(fabs(found), expected, 1e-12 * fmax(1, size));
         assert_true(environment_distance(of, p, expected) == found);
         assert_true(environment_distance(of, p, expected / 2) == found);
+        try_tree(tree, p, found);
         double slope[3], foot[3], beyond[3]; /* back along its derivative the surface is met */
         assert_true(environment_slope(of, p, slope) == found);
         const double rounding = expected < 1e-12 * size ? 0 : 1e-14 / expected; /* of p */
@@ -160,6 +186,7 @@ static void try_points(const mesh *m, const environment *of, uint64_t seed, int 
             assert_near(winding, found < 0 ? 1 : 0, 1e-6);
         }
     }
+    surface_tree_free(tree);
 }
 
 static void points_of_three_formats(void **state)
@@ -195,6 +222,7 @@ static void lines(void **state)
     (void)state;
     mesh m = mesh_torus(0.7, 0.25, 24, 12);
     environment *of = open_mesh(&m, "torus.stl", 1, ENVIRONMENT_OUTSIDE);
+    surface_tree *tree = tree_of(of, ENVIRONMENT_ANY);
     uint64_t random = 9;
     int meet = 0;
     for (int k = 0; k < 300; k++) {
@@ -209,11 +237,15 @@ static void lines(void **state)
         /* thirds end at rounding of a place; where lines and triangles meet the distance is 0 */
         assert_near(fabs(found), expected, 1e-12);
         assert_true(environment_segment(of, a, b, fmax(expected, fabs(found))) == found);
+        assert_near(triangle_tree_segment(&tree->tree, a, b, INFINITY), fabs(found), tree->error);
+        assert_near(triangle_tree_segment(&tree->tree, a, b, 0.01), fmin(fabs(found), 0.01),
+                    tree->error);
         assert_true(environment_is_beyond(of, a, b, 0.999 * expected - 1e-9));
         assert_false(environment_is_beyond(of, a, b, 1.001 * expected + 1e-9));
         meet += expected < 1e-12;
     }
     assert_true(meet > 20 && meet < 280);
+    surface_tree_free(tree);
     environment_free(of);
     mesh_free(&m);
 }

@@ -340,17 +340,21 @@ static void write_header(const export_family *family, FILE *file)
             file);
     }
     if (family->wall) {
+        const surface_tree *const wall = family->wall->surface;
         fprintf(
             file,
             "\n/* How far, m, all of the rod with a radius of %g m around it keeps from the wall "
-            "at least,\n * from s = %g m on, also between the places of its shape; less than 0: "
-            "it may touch.\n * shape [POINTS][COLUMNS], in the axes of the scene, moved as the "
-            "base is; off: how far its\n * places may be off, m, as answer.left. A grid of the "
-            "wall takes off %.2g m. -HUGE_VAL: a place\n * is no number, or the rod is longer "
-            "than it can be. */\n",
-            family->wall->radius, family->wall->from, family->wall->off);
+            "at least,\n * from s = %g m on, also between the places of its shape, or `enough` if "
+            "that is less, which\n * is found soon; less than 0: it may touch. shape "
+            "[POINTS][COLUMNS], in the axes of the scene,\n * moved as the base is; off: how far "
+            "its places may be off, m, as answer.left. Distances from\n * the wall's %d "
+            "triangles, %zu kB, are exact to %.1e m. -HUGE_VAL: a place is no number, or\n * the "
+            "rod is longer than it can be. */\n",
+            family->wall->radius, family->wall->from, wall->tree.triangles,
+            surface_tree_bytes(wall) / 1000, wall->error);
         export_put(family->name, family->single ? EXPORT_FLOAT : EXPORT_DOUBLE,
-                   "double model_clear(const model_number *shape, double off);\n", file);
+                   "double model_clear(const model_number *shape, double off, double enough);\n",
+                   file);
     }
     export_end_header(file);
 }
@@ -413,12 +417,12 @@ static void write_wall(const export_family *family, FILE *file)
         stretches |= strcmp(column_of(family, i)->name, "v3") == 0;
     }
     fputs("\n#define WHOLE_FUNCTION static\n", file);
-    export_put_lines(family->name, EXPORT_DOUBLE, export_wall_field, file);
-    export_put_field(wall->field, "wall", file);
+    export_put_lines(family->name, EXPORT_DOUBLE, export_wall_distance, file);
+    export_put_tree(wall->surface, "wall", file);
     fprintf(file,
             "#define WALL_OFF %.17g\n#define WALL_RADIUS %.17g\n#define WALL_FROM %.17g\n"
             "#define ROUNDED %.17g\n#define STRETCHES %d\n\n",
-            wall->off, wall->radius, wall->from,
+            wall->surface->error, wall->radius, wall->from,
             (family->single ? 1e-6 : 1e-12) * scene_length(family->open), stretches);
     export_put_lines(family->name, family->single ? EXPORT_FLOAT : EXPORT_DOUBLE,
                      export_wall_functions, file);

@@ -4,9 +4,9 @@
 #define TOOLS_EMIT_EXPORT_FAMILY_H
 
 #include "physics/chain/solve_members.h"
-#include "physics/numerics/distance_field.h"
 #include "physics/rod/strain.h"
 #include "tools/emit/export_compile.h"
+#include "tools/environment/surface_tree.h"
 
 #include <stdio.h>
 
@@ -17,8 +17,7 @@ enum { EXPORT_JUDGED = 256 };
 
 /* A surface that the robot must not touch. */
 typedef struct export_wall {
-    const distance_field *field;
-    double off;          /* m, of the field from the distance, at most */
+    const surface_tree *surface;
     double radius, from; /* of the robot, m; s from which on it counts */
 } export_wall;
 
@@ -64,7 +63,7 @@ typedef struct export_family {
 extern const char *const export_family_types[];
 extern const char *const export_equation_functions[], *const export_family_functions[];
 extern const char *const export_solver_functions[], *const export_wall_functions[];
-extern const char *const export_wall_field[];
+extern const char *const export_wall_distance[];
 extern const char *const export_family_selftest[], *const export_code_functions[];
 
 /* Which places of the shape the self-test compares: the last, with shape_by some before it. */

@@ -102,15 +102,22 @@ void export_put_list(size_t count, const double *list, double unit, bool single,
     fputc('}', file);
 }
 
+static void put_floats(size_t count, const float *list, const char *name, const char *of,
+                       FILE *file)
+{
+    fprintf(file, "static const float %s_%s[] = {", name, of);
+    for (size_t i = 0; i < count; i++) {
+        fprintf(file, "%s%.9g", i == 0 ? "" : i % 10 ? ", " : ",\n    ", list[i]);
+    }
+    fputs("};\n", file);
+}
+
 void export_put_field(const distance_field *f, const char *name, FILE *file)
 {
     const double *const lists[3] = {f->low, f->box_low, f->box_high};
     const size_t nodes = (size_t)f->count[0] * (size_t)f->count[1] * (size_t)f->count[2];
-    fprintf(file, "static const float %s_values[] = {", name);
-    for (size_t i = 0; i < nodes; i++) {
-        fprintf(file, "%s%.9g", i == 0 ? "" : i % 10 ? ", " : ",\n    ", f->value[i]);
-    }
-    fprintf(file, "};\nstatic const distance_field %s = {{%d, %d, %d}, %d", name, f->count[0],
+    put_floats(nodes, f->value, name, "values", file);
+    fprintf(file, "static const distance_field %s = {{%d, %d, %d}, %d", name, f->count[0],
             f->count[1], f->count[2], f->inside);
     for (int i = 0; i < 3; i++) {
         fputs(",\n    ", file);
@@ -120,6 +127,19 @@ void export_put_field(const distance_field *f, const char *name, FILE *file)
         }
     }
     fprintf(file, ",\n    %s_values};\n", name);
+}
+
+void export_put_tree(const surface_tree *of, const char *name, FILE *file)
+{
+    const triangle_tree *const tree = &of->tree;
+    put_floats(3 * of->corners, of->corner, name, "corners", file);
+    put_floats(6 * of->boxes, of->box, name, "boxes", file);
+    export_put_integers(file, 3 * (size_t)tree->triangles, of->triangle,
+                        "static const int %s_triangles[]", name);
+    fprintf(
+        file,
+        "static const triangle_tree %s = {%d, %d, %d,\n    %s_corners, %s_triangles, %s_boxes};\n",
+        name, tree->triangles, tree->levels, tree->side, name, name, name);
 }
 
 void export_put_rows(const char *head, size_t rows, size_t columns, const double *list, bool single,

@@ -1,7 +1,7 @@
 #include "tools/environment/environment.h"
 
-#include "physics/numerics/quaternion.h"
-#include "tools/environment/triangle.h"
+#include "physics/numerics/triangle.h"
+#include "physics/numerics/vector.h"
 
 #include <embree3/rtcore.h>
 #include <float.h>
@@ -138,6 +138,9 @@ static bool measure(struct RTCPointQueryFunctionArguments *a)
     corners_of(s->e->of, a->primID, corners);
     double nearest[3];
     int part = TRIANGLE_WITHIN;
+    if (triangle_is_beyond(corners, s->a, s->b ? s->b : s->a, s->best)) {
+        return false;
+    }
     const double distance = s->b ? triangle_segment_distance(corners, s->a, s->b)
                                  : triangle_distance(corners, s->a, nearest, &part);
     if (!(distance < s->best || (distance == s->best && s->triangle == SURFACE_NONE))) {

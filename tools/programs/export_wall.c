@@ -46,12 +46,11 @@ static ad_status open_wall(const config *scene, export_model *model, export_wall
     }
     ad_status status = check_shape(&model->family, plan->from, error);
     if (status == AD_OK) {
-        status = distance_grid_open(&plan->environment, scene_length(model->family.open),
-                                    &to->environment, &to->grid, error);
+        status = surface_tree_open(&plan->environment, scene_length(model->family.open), &to->tree,
+                                   error);
     }
     if (status == AD_OK) {
-        to->wall = (export_wall){&to->grid->field, distance_grid_error(to->grid), plan->radius,
-                                 plan->from};
+        to->wall = (export_wall){to->tree, plan->radius, plan->from};
         model->family.wall = &to->wall;
     }
     return status;
@@ -61,7 +60,7 @@ ad_status export_wall_open(const char *scene_path, export_model *model, export_w
                            ad_error *error)
 {
     config *scene = NULL;
-    *result = (export_walled){.grid = NULL};
+    *result = (export_walled){.tree = NULL};
     if (!export_is_family(model)) {
         return ad_fail(error, AD_BAD_ARGUMENT, "--wall is for families in the strain form alone");
     }
@@ -73,6 +72,5 @@ ad_status export_wall_open(const char *scene_path, export_model *model, export_w
 
 void export_wall_close(export_walled *of)
 {
-    distance_grid_free(of->grid);
-    environment_free(of->environment);
+    surface_tree_free(of->tree);
 }

@@ -1,6 +1,6 @@
-#include "tools/environment/triangle.h"
+#include "physics/numerics/triangle.h"
 
-#include "physics/numerics/quaternion.h"
+#include "physics/numerics/vector.h"
 
 #include <math.h>
 #include <string.h>
@@ -113,28 +113,29 @@ static double between_lines(const double a[3], const double b[3], const double c
     return sqrt(least);
 }
 
-static double volume(const double a[3], const double b[3], const double c[3], const double p[3])
+double triangle_volume(const double *const corners[3], const double p[3])
 {
-    double ab[3], ac[3], ap[3], normal[3];
-    minus(b, a, ab);
-    minus(c, a, ac);
-    minus(p, a, ap);
-    vector_cross(ab, ac, normal);
-    return vector_dot(normal, ap);
+    double one[3], other[3], to[3], normal[3];
+    minus(corners[1], corners[0], one);
+    minus(corners[2], corners[0], other);
+    minus(p, corners[0], to);
+    vector_cross(one, other, normal);
+    return vector_dot(normal, to);
 }
 
 /* Whether the line goes through: its ends on two sides, and the three edges all to one side of it.
  * Where rounding hides that, an edge is as near as rounding is. */
 static int is_cut(const double *const corners[3], const double a[3], const double b[3])
 {
-    const double below = volume(corners[0], corners[1], corners[2], a);
-    const double above = volume(corners[0], corners[1], corners[2], b);
+    const double below = triangle_volume(corners, a);
+    const double above = triangle_volume(corners, b);
     if (!((below <= 0 && above >= 0) || (below >= 0 && above <= 0)) || below == above) {
         return 0;
     }
     int left = 0, right = 0;
     for (int k = 0; k < 3; k++) {
-        const double side = volume(a, b, corners[k], corners[(k + 1) % 3]);
+        const double *const around[3] = {a, b, corners[k]};
+        const double side = triangle_volume(around, corners[(k + 1) % 3]);
         left += side <= 0;
         right += side >= 0;
     }
@@ -155,4 +156,18 @@ double triangle_segment_distance(const double *const corners[3], const double a[
         least = fmin(least, between_lines(a, b, corners[k], corners[(k + 1) % 3]));
     }
     return least;
+}
+
+int triangle_is_beyond(const double *const corners[3], const double a[3], const double b[3],
+                       double distance)
+{
+    double one[3], other[3], normal[3], to_a[3], to_b[3];
+    minus(corners[1], corners[0], one);
+    minus(corners[2], corners[0], other);
+    vector_cross(one, other, normal);
+    minus(a, corners[0], to_a);
+    minus(b, corners[0], to_b);
+    const double p = vector_dot(normal, to_a), q = vector_dot(normal, to_b);
+    const double square = distance * distance * vector_dot(normal, normal);
+    return (p < 0) == (q < 0) && p * p > square && q * q > square;
 }

@@ -1,6 +1,6 @@
-/* Distances in doubles. */
-#ifndef ENVIRONMENT_TRIANGLE_H
-#define ENVIRONMENT_TRIANGLE_H
+/* Distances in doubles. Needs no library and allocates nothing: exported C has this very text. */
+#ifndef PHYSICS_NUMERICS_TRIANGLE_H
+#define PHYSICS_NUMERICS_TRIANGLE_H
 
 /* Where the nearest point of a triangle lies: at corner 0, 1, 2, on the edge from such a corner to
  * the next, within. */
@@ -17,5 +17,14 @@ double triangle_distance(const double *const corners[3], const double p[3], doub
 /* Of the line from a to b from it; 0: they meet. */
 double triangle_segment_distance(const double *const corners[3], const double a[3],
                                  const double b[3]);
+
+/* Whether its plane, and with it the triangle, is certainly further from the line than that; quick.
+ */
+int triangle_is_beyond(const double *const corners[3], const double a[3], const double b[3],
+                       double distance);
+
+/* Of the tetrahedron with p, times six; positive on the side from which they are counterclockwise.
+ */
+double triangle_volume(const double *const corners[3], const double p[3]);
 
 #endif
