@@ -2,6 +2,7 @@
 #include "tools/files/file_bytes.h"
 #include "tools/judge/signals.h"
 #include "tools/picture/images.h"
+#include "tools/programs/picture_file.h"
 #include "tools/programs/show_pose.h"
 #include "tools/programs/show_source.h"
 
@@ -385,30 +386,6 @@ static void draw_still(const drawing *d)
     draw_around(d, (double)(frames - 1), true);
 }
 
-static ad_status write_png(const drawing *d, const char *path, ad_error *error)
-{
-    const int width = picture_width(d->p), height = picture_height(d->p);
-    unsigned char *rgb = malloc(3 * (size_t)width * (size_t)height), *bytes = NULL;
-    size_t size = 0;
-    ad_status status = rgb ? picture_pixels(d->p, 3, rgb, error)
-                           : ad_fail(error, AD_NO_MEMORY, "out of memory for a picture");
-    status = status == AD_OK ? image_png(width, height, rgb, &bytes, &size, error) : status;
-    status = status == AD_OK ? file_bytes_write(path, bytes, size, error) : status;
-    free(rgb);
-    free(bytes);
-    return status;
-}
-
-static ad_status write_svg(const drawing *d, const char *path, ad_error *error)
-{
-    char *text = NULL;
-    size_t size = 0;
-    ad_status status = picture_svg(d->p, &text, &size, error);
-    status = status == AD_OK ? file_bytes_write(path, text, size, error) : status;
-    free(text);
-    return status;
-}
-
 /* ---- movies -------------------------------------------------------------------------------- */
 
 typedef struct film {
@@ -545,7 +522,7 @@ ad_status show_plot(const showing *from, const table_source *table, const char *
         status = write_film(&d, from->out, kind == 2, from->slow, error);
     } else if (status == AD_OK) {
         draw_still(&d);
-        status = kind == 0 ? write_svg(&d, from->out, error) : write_png(&d, from->out, error);
+        status = picture_file_write(d.p, from->out, error);
     }
     picture_free(d.p);
     free(d.rings);
