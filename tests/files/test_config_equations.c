@@ -4,8 +4,13 @@
 #include "near.h"
 #include "temporary_folder.h"
 
+#include <glob.h>
 #include <stdio.h>
 #include <string.h>
+
+#ifndef CONFIGS_FOLDER
+#define CONFIGS_FOLDER "configs"
+#endif
 
 static const char burgers[] = "equations:\n"
                               "  coordinates:\n"
@@ -176,11 +181,31 @@ static void names_places(void **state)
     assert_non_null(strstr(error.message, "a.yaml:6:7: equations.inside[1]: column 8"));
 }
 
+/* Those of the folder configs/equations, with their data. */
+static void reads_shipped(void **state)
+{
+    (void)state;
+    glob_t found;
+    assert_int_equal(glob(CONFIGS_FOLDER "/equations/*.yaml", 0, NULL, &found), 0);
+    for (size_t i = 0; i < found.gl_pathc; i++) {
+        config_equations *c = NULL;
+        ad_error error = {.message = ""};
+        if (config_equations_read(found.gl_pathv[i], NULL, 0, NULL, &c, &error) != AD_OK) {
+            fail_msg("%s", error.message);
+        }
+        config_equations_free(c);
+    }
+    globfree(&found);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(reads), cmocka_unit_test(overrides),
+        cmocka_unit_test(reads),
+        cmocka_unit_test(overrides),
+        cmocka_unit_test(reads_shipped),
         cmocka_unit_test_setup_teardown(reads_data, make_directory, remove_directory),
-        cmocka_unit_test(refuses), cmocka_unit_test(names_places)};
+        cmocka_unit_test(refuses),
+        cmocka_unit_test(names_places)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
