@@ -4,7 +4,8 @@
     python3 configs/equations/reference.py NAME...           of these scenes only
     python3 configs/equations/reference.py --check [--quick] solvers against closed forms, and every
                                                              reference in the equations of its file
-    python3 configs/equations/reference.py --variations DIR  50 variations, each as YAML and CSV
+    python3 configs/equations/reference.py --variations DIR [--check]  50 variations as YAML and CSV,
+                                                             and how accurate they are
 
 Needs numpy and scipy. A file of a scene is read for its numbers, its start and its ranges, so that a
 reference and its scene cannot differ."""
@@ -436,10 +437,12 @@ def variations():
         head = f"# A variation of configs/equations/{base}.yaml.\n"
         return f"{kind}_{i:02d}", head + re.sub(r"^#.*\n", "", text, flags=re.M)
 
-    def waves(of, count, first=1):
+    def waves(of, count):
         """A sum of waves with falling amplitudes, the first of them not small."""
-        parts = [of.format(k) + f"*{draw.uniform(-1, 1) / k + (k == first):.2f}" for k in range(first, first + count)]
-        return " + ".join(parts).replace("+ -", "- ").replace("1*pi", "pi")
+        sizes = {k: round(draw.uniform(0.3, 1.5) if k == 1 else draw.uniform(-1, 1) / k, 2)
+                 for k in range(1, 1 + count)}
+        text = " ".join(f"{'-' if size < 0 else '+'} {abs(size)}*{of.format(k)}" for k, size in sizes.items())
+        return text[2:].replace("(1*", "(")
 
     for i in range(10):
         yield changed("burgers", "burgers", i, nu=number(0.002, 0.1), end=number(0.5, 2),
@@ -473,7 +476,7 @@ def main(words):
         folder.mkdir(parents=True, exist_ok=True)
         for name, text in variations():
             (folder / f"{name}.yaml").write_text(text)
-            write_reference(name, text, folder, check=False)
+            write_reference(name, text, folder, check="--check" in words)
         return 0
     if not words:
         write_data()

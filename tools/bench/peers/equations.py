@@ -3,7 +3,7 @@ they are. Appends rows to a CSV file: case, method with its threads, wall second
 places of the reference. The residual and the conditions come from the scene.
 
     pip install deepxde torch numpy scipy
-    python3 tools/bench/peers/equations.py burgers --out deepxde.csv [--threads 2] [--seed 1] [--double]
+    python3 tools/bench/peers/equations.py burgers --out configs/equations/peers.csv [--threads 2] [--seed 1] [--double]
 
 CPU seconds are those of all threads; on a machine that does other work wall seconds say little."""
 import argparse
@@ -138,16 +138,16 @@ def main():
 
         def on_epoch_end(self):
             self.seen += 1
-            if self.method.startswith("L-BFGS") or self.seen % 1000 == 0:
+            if "L-BFGS" in self.method or self.seen % 1000 == 0:
                 self.look()
 
     if not os.path.exists(given.out):
         pathlib.Path(given.out).write_text("case,method,wall,cpu,error\n")
-    kind = (" double" if given.double else "") + f" {given.threads}"
+    kind = ("; double" if given.double else "") + f"; {given.threads} thread" + "s" * (given.threads > 1)
     model.compile("adam", lr=1e-3)
-    model.train(iterations=given.adam or adam, display_every=5000, callbacks=[Watch("Adam" + kind)])
+    model.train(iterations=given.adam or adam, display_every=5000, callbacks=[Watch("DeepXDE; Adam" + kind)])
     model.compile("L-BFGS")
-    model.train(display_every=5000, callbacks=[Watch("L-BFGS" + kind)])
+    model.train(display_every=5000, callbacks=[Watch("DeepXDE; L-BFGS" + kind)])
 
 
 main()
