@@ -63,7 +63,8 @@ ad_status equations_add_condition(equations *e, const char *coordinate, double a
 
 /* Measured numbers: columns [count][rows] that are named, all coordinates and one field at least
  * or a derivative of one. NaN of a field: not measured there. noise: standard deviation of the
- * fields; 0: not known, residuals are in units of the root of the mean square of their column. */
+ * fields. Columns error_u of fields u, which tables of solutions have, are left out. noise 0: not
+ * known, residuals are in units of the root of the mean square of their column. */
 ad_status equations_add_data(equations *e, size_t rows, int count, const char *const *names,
                              const double *const *columns, double noise, ad_error *error);
 

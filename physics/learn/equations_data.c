@@ -90,6 +90,15 @@ static ad_status check_places(const domain_coordinate *c, size_t rows, const dou
     return AD_OK;
 }
 
+/* "error_u" of a field u, as solutions are written. */
+static bool is_error(const equations *e, const char *text)
+{
+    const bool begins = strncmp(text, "error_", 6) == 0;
+    const int of = begins ? equations_find_name(e, text + 6, strlen(text + 6)) : -1;
+    return of >= 0 && e->names[of].kind == NAME_FIELD &&
+           equations_find_name(e, text, strlen(text)) < 0;
+}
+
 ad_status equations_add_data(equations *e, size_t rows, int count, const char *const *names,
                              const double *const *columns, double noise, ad_error *error)
 {
@@ -105,6 +114,9 @@ ad_status equations_add_data(equations *e, size_t rows, int count, const char *c
     }
     for (int i = 0; i < count && status == AD_OK; i++) {
         const int coordinate = domain_find(d, names[i]);
+        if (is_error(e, names[i])) {
+            continue;
+        }
         status = coordinate < 0
                      ? equations_know_words(e, names[i], error)
                      : check_places(&d->coordinates[coordinate], rows, columns[i], error);

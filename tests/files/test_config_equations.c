@@ -1,6 +1,7 @@
 /* Own equations from YAML: what is read, and what is refused with its place. */
 #include "tools/config/config_equations.h"
 
+#include "allocations.h"
 #include "near.h"
 #include "temporary_folder.h"
 
@@ -165,6 +166,26 @@ static void refuses(void **state)
     }
 }
 
+/* Whichever allocation fails: no memory, or a whole model. */
+static void runs_out_of_memory(void **state)
+{
+    (void)state;
+    ad_status status = AD_NO_MEMORY;
+    for (long n = 1; status != AD_OK && n < 10000; n++) {
+        config_equations *c = NULL;
+        ad_error error = {.message = ""};
+        allocations = 0;
+        failing_allocation = n;
+        allocations_count = true;
+        status = config_equations_read("some/burgers.yaml", burgers, 0, NULL, &c, &error);
+        allocations_count = false;
+        failing_allocation = 0;
+        assert_true(status == AD_OK ? c != NULL : status == AD_NO_MEMORY && c == NULL);
+        config_equations_free(c);
+    }
+    assert_int_equal(status, AD_OK);
+}
+
 /* Line and column. */
 static void names_places(void **state)
 {
@@ -206,6 +227,7 @@ int main(void)
         cmocka_unit_test(reads_shipped),
         cmocka_unit_test_setup_teardown(reads_data, make_directory, remove_directory),
         cmocka_unit_test(refuses),
+        cmocka_unit_test(runs_out_of_memory),
         cmocka_unit_test(names_places)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

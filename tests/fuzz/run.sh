@@ -13,6 +13,9 @@ corpus=${3:-$here/corpus/${name#fuzz_}}
 if [ "$name" = fuzz_yaml ]; then # and the scenes of the project
     cp "$here"/../../configs/*.yaml "$here"/../../configs/*/*.yaml "$work/seeds"
 fi
+if [ "$name" = fuzz_equations ]; then
+    cp "$here"/../../configs/equations/*.yaml "$work/seeds"
+fi
 if [ "$name" = fuzz_npz ]; then # and tables
     cp "$here"/corpus/csv/* "$work/seeds"
 fi

@@ -98,8 +98,8 @@ static void gives_data(void **state)
     const physics_model *m;
     equations *e = burgers();
     DONE(equations_add_inside(e, "u_t - u_xx", &error));
-    DONE(equations_add_data(e, 3, 3, (const char *const[]){"x", "t", "u"},
-                            (const double *const[]){x, t, u}, 0, &error));
+    DONE(equations_add_data(e, 3, 4, (const char *const[]){"x", "t", "u", "error_u"},
+                            (const double *const[]){x, t, u, x}, 0, &error));
     DONE(equations_model(e, &m, &error));
     const model_source *source = &m->sets[m->terms[1].set].source;
     assert_int_equal(source->points, 2);
