@@ -109,17 +109,21 @@ static ad_status add_name(equations *e, const char *text, name_kind kind, int in
     return AD_OK;
 }
 
-/* The text of `length` as a derivative of a field: the longest name of one that stands before an
- * underscore. -1: no field does. */
-static int derivative_of(const equations *e, const char *text, size_t length, int *orders,
+/* The text of `length` as a derivative of a field, or of a parameter where `any`: the longest name
+ * of one that stands before an underscore. -1: none does. */
+static int derivative_of(const equations *e, const char *text, size_t length, bool any, int *orders,
                          bool *is_readable)
 {
     int found = -1;
     size_t longest = 0;
-    for (int i = 0; i < e->model->field_count; i++) {
-        const size_t size = strlen(e->model->symbols[i]);
-        if (size > longest && size + 1 < length && text[size] == '_' &&
-            strncmp(text, e->model->symbols[i], size) == 0) {
+    for (int i = 0; i < e->name_count; i++) {
+        const equations_name *n = &e->names[i];
+        const size_t size = strlen(n->text);
+        const bool base =
+            (n->kind == NAME_FIELD && strcmp(n->text, e->model->symbols[n->index]) == 0) ||
+            (any && n->kind == NAME_PARAMETER);
+        if (base && size > longest && size + 1 < length && text[size] == '_' &&
+            strncmp(text, n->text, size) == 0) {
             found = i;
             longest = size;
         }
@@ -136,18 +140,21 @@ static ad_status know_word(equations *e, const char *word, size_t length, ad_err
     int orders[DOMAIN_COORDINATES_MAX] = {0};
     char text[EQUATIONS_NAME_BYTES], list[EQUATIONS_LIST_BYTES];
     bool is_readable;
-    int field = equations_find_name(e, word, length) >= 0 || length >= sizeof text
-                    ? -1
-                    : derivative_of(e, word, length, orders, &is_readable);
-    if (field < 0) {
+    const int of = equations_find_name(e, word, length) >= 0 || length >= sizeof text
+                       ? -1
+                       : derivative_of(e, word, length, true, orders, &is_readable);
+    if (of < 0) {
         return AD_OK;
     }
+    const equations_name *base = &e->names[of];
+    const bool is_field = base->kind == NAME_FIELD;
     snprintf(text, sizeof text, "%.*s", (int)length, word);
-    return is_readable ? add_name(e, text, NAME_FIELD, field, orders, error)
+    return is_readable ? add_name(e, text, is_field ? NAME_FIELD : NAME_DERIVED,
+                                  is_field ? base->index : of, orders, error)
                        : ad_fail(error, AD_BAD_INPUT,
                                  "'%s' is no derivative; allowed behind %s_ are coordinates, %d "
                                  "times at most: %s",
-                                 text, e->model->symbols[field], EQUATIONS_ORDER_MAX,
+                                 text, base->text, EQUATIONS_ORDER_MAX,
                                  equations_list_names(e, NAME_COORDINATE | NAME_RANGE, list));
 }
 
@@ -156,14 +163,15 @@ ad_status equations_find(const equations *e, const char *text, int *field,
 {
     const int known = equations_find_name(e, text, strlen(text));
     char list[EQUATIONS_LIST_BYTES];
-    bool is_readable = false;
+    bool is_readable = known >= 0 && e->names[known].kind == NAME_FIELD;
     memset(orders, 0, DOMAIN_COORDINATES_MAX * sizeof *orders);
-    if (known >= 0 && e->names[known].kind == NAME_FIELD) {
-        *field = e->names[known].index;
+    int of = known;
+    if (is_readable) {
         memcpy(orders, e->names[known].orders, sizeof e->names[known].orders);
-        return AD_OK;
+    } else if (known < 0) {
+        of = derivative_of(e, text, strlen(text), false, orders, &is_readable);
     }
-    *field = known >= 0 ? -1 : derivative_of(e, text, strlen(text), orders, &is_readable);
+    *field = is_readable ? e->names[of].index : -1;
     return is_readable ? AD_OK
                        : ad_fail(error, AD_BAD_INPUT,
                                  "'%.40s' is no field and no derivative of one; allowed: %s, and "
@@ -232,37 +240,59 @@ ad_status equations_keep_formula(equations *e, quantity q, equations_formula **k
     return AD_OK;
 }
 
+static ad_value record_quantity(const equations *e, quantity q, const domain_place *at,
+                                const ad_value *fields)
+{
+    quantity_binding bindings[EQUATIONS_NAMES_MAX];
+    int count = 0;
+    for (int i = 0; i < e->name_count; i++) {
+        if (quantity_depends_on(q, e->names[i].text)) {
+            bindings[count++] = (quantity_binding){
+                e->names[i].text, equations_record_name(e, &e->names[i], at, fields)};
+        }
+    }
+    return quantity_record(q, at->tape, count, bindings);
+}
+
 ad_value equations_record_name(const equations *e, const equations_name *n, const domain_place *at,
                                const ad_value *fields)
 {
     if (n->kind == NAME_UNKNOWN) {
         return ad_row(at->unknowns, n->index);
     }
-    if (n->kind != NAME_FIELD) {
+    if (n->kind == NAME_COORDINATE || n->kind == NAME_RANGE) {
         return at->x[n->index];
     }
-    ad_value value = fields[n->index];
+    ad_value value = n->kind == NAME_FIELD ? fields[n->index]
+                                           : record_quantity(e, e->names[n->index].q, at, fields);
     for (int i = 0; i < e->model->domain.count; i++) {
         value = n->orders[i] > 0 ? ad_derivative(value, at->x[i], n->orders[i]) : value;
     }
     return value;
 }
 
-/* model_residual */
 ad_value equations_record_formula(const void *context, const domain_place *at,
                                   const ad_value *fields)
 {
     const equations_formula *f = context;
-    const equations *e = f->owner;
-    quantity_binding bindings[EQUATIONS_NAMES_MAX];
-    int count = 0;
+    return record_quantity(f->owner, f->q, at, fields);
+}
+
+int equations_order(const equations *e, quantity q, int field, int coordinate)
+{
+    int highest = -1;
     for (int i = 0; i < e->name_count; i++) {
-        if (quantity_depends_on(f->q, e->names[i].text)) {
-            bindings[count++] = (quantity_binding){
-                e->names[i].text, equations_record_name(e, &e->names[i], at, fields)};
+        const equations_name *n = &e->names[i];
+        int order = -1;
+        if (n->kind == NAME_FIELD && n->index == field && quantity_depends_on(q, n->text)) {
+            order = n->orders[coordinate];
+        } else if (n->kind == NAME_DERIVED && quantity_depends_on(q, n->text)) {
+            order = equations_order(e, e->names[n->index].q, field, coordinate);
+            order += order >= 0 ? n->orders[coordinate] : 0;
         }
+        highest = order > highest ? order : highest;
     }
-    return quantity_record(f->q, at->tape, count, bindings);
+    return highest;
 }
 
 ad_status equations_number(equations *e, const char *text, double *value, ad_error *error)
@@ -356,7 +386,13 @@ ad_status equations_add_parameter(equations *e, const char *text, const char *fo
     if (status == AD_OK) {
         status = quantities_define(e->quantities, text, q, error);
     }
-    return status == AD_OK ? add_name(e, text, NAME_PARAMETER, 0, NULL, error) : status;
+    if (status == AD_OK) {
+        status = add_name(e, text, NAME_PARAMETER, 0, NULL, error);
+    }
+    if (status == AD_OK) {
+        e->names[e->name_count - 1].q = q;
+    }
+    return status;
 }
 
 ad_status equations_add_unknown(equations *e, const char *text, double guess, ad_error *error)

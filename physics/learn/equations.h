@@ -12,8 +12,8 @@
  * Formulas are those of physics/quantity/quantity.h. What they name has to be there before them:
  * coordinates, parameters, unknowns and fields. Derivatives of fields are named by what they are
  * differentiated by, behind an underscore: u_t, u_xx, u_xxt, and u_theta_theta where names have
- * several letters. All are in units of the SI, which the model has on its tape, too: its
- * coordinates have the scale 1.
+ * several letters. So are those of parameters that are formulas, as F_x of a flux F. All are in
+ * units of the SI, which the model has on its tape, too: its coordinates have the scale 1.
  *
  * Texts and numbers are copied. Every function but these says what is wrong with what it is given,
  * and what is allowed: AD_BAD_INPUT, AD_NO_MEMORY. */

@@ -16,8 +16,8 @@ static ad_value record_value(const void *context, const domain_place *at)
 static bool has_field(const equations *e, quantity q)
 {
     bool has = false;
-    for (int i = 0; i < e->name_count; i++) {
-        has = has || (e->names[i].kind == NAME_FIELD && quantity_depends_on(q, e->names[i].text));
+    for (int field = 0; field < e->model->field_count; field++) {
+        has = has || equations_order(e, q, field, 0) >= 0;
     }
     return has;
 }
@@ -59,8 +59,8 @@ ad_status equations_add_inside(equations *e, const char *text, ad_error *error)
     if (e->inside_set < 0) {
         e->inside_set = model_add_interior(e->model, "inside");
     }
-    for (int i = 0; i < e->name_count; i++) {
-        e->names[i].inside = e->names[i].inside || quantity_depends_on(q, e->names[i].text);
+    if (e->inside < MODEL_TERMS_MAX) { /* the model refuses more */
+        e->equation[e->inside] = q;
     }
     return add_residual(e, "equation", ++e->inside, e->inside_set, q, error);
 }
@@ -134,7 +134,8 @@ static ad_status add_value(equations *e, equations_condition c, const char *what
                          EQUATIONS_CONDITIONS_MAX);
     }
     if (status == AD_OK) {
-        status = equations_read_formula(e, text, NAME_ANY & ~NAME_FIELD, &q, error);
+        status =
+            equations_read_formula(e, text, NAME_ANY & ~(NAME_FIELD | NAME_DERIVED), &q, error);
     }
     if (status == AD_OK) {
         status = equations_keep_formula(e, q, &kept, error);
@@ -177,15 +178,13 @@ ad_status equations_add_condition(equations *e, const char *coordinate, double a
 
 /* ---- all of them ----------------------------------------------------------------------------- */
 
-/* The highest derivative of a field by a coordinate in an equation. */
+/* The highest derivative of a field by a coordinate in the equations; -1: none has the field. */
 static int highest(const equations *e, int field, int coordinate)
 {
-    int order = 0;
-    for (int i = 0; i < e->name_count; i++) {
-        const equations_name *n = &e->names[i];
-        if (n->kind == NAME_FIELD && n->inside && n->index == field) {
-            order = n->orders[coordinate] > order ? n->orders[coordinate] : order;
-        }
+    int order = -1;
+    for (int i = 0; i < e->inside && i < MODEL_TERMS_MAX; i++) {
+        const int here = equations_order(e, e->equation[i], field, coordinate);
+        order = here > order ? here : order;
     }
     return order;
 }
@@ -219,12 +218,7 @@ static ad_status check_fields(const equations *e, ad_error *error)
 {
     const physics_model *m = e->model;
     for (int i = 0; i < m->field_count; i++) {
-        bool occurs = false;
-        for (int k = 0; k < e->name_count; k++) {
-            const equations_name *n = &e->names[k];
-            occurs = occurs || (n->kind == NAME_FIELD && n->index == i && n->inside);
-        }
-        if (!occurs) {
+        if (highest(e, i, 0) < 0) {
             return ad_fail(error, AD_BAD_INPUT,
                            "no equation has the field %s; allowed: fields of equations",
                            m->symbols[i]);

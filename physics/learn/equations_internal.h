@@ -17,15 +17,16 @@ typedef enum name_kind {
     NAME_UNKNOWN = 4,
     NAME_FIELD = 8,      /* or a derivative of one, where orders are not all 0 */
     NAME_PARAMETER = 16, /* which formulas put in */
-    NAME_ANY = 31
+    NAME_DERIVED = 32,   /* a derivative of a parameter that is a formula */
+    NAME_ANY = 63
 } name_kind;
 
 typedef struct equations_name {
     char text[EQUATIONS_NAME_BYTES];
     name_kind kind;
-    int index; /* of the coordinate, the unknown, the field */
+    int index; /* of the coordinate, the unknown, the field; of what is derived, its name */
     int orders[DOMAIN_COORDINATES_MAX];
-    bool inside; /* a formula that is zero inside has it */
+    quantity q; /* of a parameter */
 } equations_name;
 
 /* A formula as the context of a residual or a value; or measured numbers [rows] of a name at places
@@ -52,6 +53,7 @@ struct equations {
     char units[DOMAIN_COORDINATES_MAX][EQUATIONS_NAME_BYTES];
     bool is_range[DOMAIN_COORDINATES_MAX];
     int inside_set, inside, zeros, unknowns;
+    quantity equation[MODEL_TERMS_MAX];  /* [inside] */
     int face[DOMAIN_COORDINATES_MAX][2]; /* its set and 1; 0: none yet */
     int condition_count;
     equations_condition conditions[EQUATIONS_CONDITIONS_MAX]; /* of fields */
@@ -85,5 +87,8 @@ ad_value equations_record_name(const equations *e, const equations_name *n, cons
                                const ad_value *fields);
 ad_value equations_record_formula(const void *context, const domain_place *at,
                                   const ad_value *fields);
+
+/* The highest derivative of a field by a coordinate in a formula; -1: the field is not in it. */
+int equations_order(const equations *e, quantity q, int field, int coordinate);
 
 #endif

@@ -66,23 +66,28 @@ static void records_residuals(void **state)
     DONE(equations_add_parameter(e, "flux", "nu*u_x + b", &error));
     DONE(equations_add_inside(e, "u_t + u*u_x - nu*u_xx", &error));
     DONE(equations_add_inside(e, "a*u_xxt + flux - x*t^2", &error));
+    DONE(equations_add_parameter(e, "F", "u^2/2 - flux", &error));
+    DONE(equations_add_inside(e, "u_t + F_x + x*flux_xt", &error)); /* of formulas */
     DONE(equations_add_condition(e, "t", 0, "u", "-sin(pi*x)", &error));
     DONE(equations_add_condition(e, "x", 1, "zero", "u_x + u^4 - exp(t)", &error));
     DONE(equations_add_data(e, 3, 3, (const char *const[]){"t", "u_t", "x"},
                             (const double *const[]){t, data, x}, 0.25, &error));
     DONE(equations_model(e, &m, &error));
-    assert_int_equal(m->term_count, 5);
+    assert_int_equal(m->term_count, 6);
     assert_int_equal(m->domain.time, 1);
-    for (int term = 0; term < 5; term++) {
+    for (int term = 0; term < 6; term++) {
         residual_at(m, term, 3, x, t, data, values);
         for (int i = 0; i < 3; i++) {
             const double s = sin(2 * x[i]), c = cos(2 * x[i]), decay = exp(-3 * t[i]);
             const double u = s * decay + x[i] * t[i], u_x = 2 * c * decay + t[i],
                          u_t = -3 * s * decay + x[i], nu = 0.01 / 3.14159265358979323846;
-            const double expected[5] = {u_t + u * u_x + nu * 4 * s * decay,
+            const double expected[6] = {u_t + u * u_x + nu * 4 * s * decay,
                                         5 * 12 * s * decay + nu * u_x + 7 - x[i] * t[i] * t[i],
+                                        u_t + u * u_x + nu * 4 * s * decay +
+                                            x[i] * nu * 12 * s * decay,
                                         u + sin(3.14159265358979323846 * x[i]),
-                                        u_x + u * u * u * u - exp(t[i]), (u_t - data[i]) / 0.25};
+                                        u_x + u * u * u * u - exp(t[i]),
+                                        (u_t - data[i]) / 0.25};
             assert_near(values[i], expected[term], 1e-13); /* some roundings of numbers below 100 */
         }
     }
