@@ -167,6 +167,16 @@ near "$(tail -1 full.csv | cut -d, -f3)" 1.666667e-4 "$(awk -v off="$off" 'BEGIN
     "the tip by the solver of motions"
 near "$off" 0 3e-6 "what more modes say"
 
+# Shear and stretch, which are stiff and creep: at rest at the end, too, and so later than without them.
+for modes in 3,1,0,0 3,1,2,1; do
+    "$programs/cpinn-optimize" "$root/configs/choosing/swing.yaml" --set "optimize.motion.modes=[$modes]" \
+        --set optimize.motion.intervals=20 --quiet --json "$modes.json" || fail "swing.yaml with modes $modes"
+done
+near "$(number violation 3,1,2,1.json)" 0 1e-6 "the equations with shear and stretch"
+near "$(number off 3,1,2,1.json)" 0 1e-4 "the end with shear and stretch" # 0.1 % of the way
+[ "$(awk -v a="$(number duration 3,1,0,0.json)" -v b="$(number duration 3,1,2,1.json)" 'BEGIN { print(b > a) }')" = 1 ] ||
+    fail "with shear and stretch the motion is quicker"
+
 # Three inputs, from an equilibrium; and too few intervals, which is said.
 "$programs/cpinn-optimize" beam.yaml --quiet --json three.json --set 'initial.state=equilibrium' \
     --set 'parameters={force: {range: [-1e-3, 1e-3]}, side: {range: [-1e-3, 1e-3]}, down: {range: [-1e-3, 1e-3]}}' \

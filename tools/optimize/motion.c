@@ -7,10 +7,6 @@
 
 enum { STAGES = MOTION_STAGES };
 
-/* States are at rest at the end up to so much of what they vary by: equalities of what no input
- * moves would depend on each other. */
-static const double AT_REST = 1e-7;
-
 /* Of what it varies by, by which a bound may be missed at rest. */
 static const double KEPT_AT_REST = 1e-9;
 
@@ -313,6 +309,15 @@ double motion_share_of(const optimize_motion *o, size_t i, double value)
     return (value - reduced_input(o->rod->rod, (int)i)->low) / range_of(o, i);
 }
 
+void motion_rest_within(optimize_motion *o, double share)
+{
+    const size_t first = (size_t)(motion_end_of(o, o->x, o->intervals - 1) - o->x);
+    for (size_t c = 0; c < o->states; c++) {
+        o->limits[first + c] = o->to[c] / o->scale[c] - share;
+        o->limits[o->n + first + c] = o->to[c] / o->scale[c] + share;
+    }
+}
+
 static void find_limits(optimize_motion *o)
 {
     double *low = o->limits, *high = low + o->n, *row_low = high + o->n, *row_high = row_low + o->m;
@@ -325,11 +330,7 @@ static void find_limits(optimize_motion *o)
         low[o->n - 1] = 1e-3;
         high[o->n - 1] = 1;
     }
-    for (size_t c = 0; c < o->states; c++) {
-        const size_t i = (size_t)(motion_end_of(o, o->x, o->intervals - 1) - o->x) + c;
-        low[i] = o->to[c] / o->scale[c] - AT_REST;
-        high[i] = o->to[c] / o->scale[c] + AT_REST;
-    }
+    motion_rest_within(o, 1e-7);
     for (size_t l = 0; l < o->inputs && o->linear; l++) {
         const size_t i = variable_of(o, o->intervals - 1, l);
         low[i] = high[i] = motion_share_of(o, l, o->given[1][l]);

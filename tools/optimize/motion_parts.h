@@ -94,6 +94,9 @@ double motion_share_of(const optimize_motion *motion, size_t input, double value
 /* The scaled state at the end of interval k. */
 const double *motion_end_of(const optimize_motion *motion, const double *x, size_t k);
 
+/* How exactly states are at rest at the end, over what they vary by. */
+void motion_rest_within(optimize_motion *motion, double share);
+
 /* Begins in proportion from one rest to the other. */
 void motion_guess(optimize_motion *motion, double share);
 bool motion_evaluate(void *of, const double *x);

@@ -129,6 +129,28 @@ static void guess_from(optimize_motion *fine, const optimize_motion *o)
     }
 }
 
+/* States are at rest at the end up to so much of what they vary by, one after the other: equalities
+ * of what no input moves would depend on each other, and what is narrow from the first on keeps the
+ * search from going anywhere. */
+static const double REST[] = {1e-3, 1e-5, 1e-7};
+enum { RESTS = sizeof REST / sizeof *REST };
+
+static ad_status descend(optimize_motion *o, int first, int *steps, bool *converged,
+                         ad_error *error)
+{
+    const descent d = optimize_motion_problem(o);
+    ad_status status = AD_OK;
+    *steps = 0;
+    *converged = true;
+    for (int i = first; i < RESTS && status == AD_OK && *converged; i++) {
+        int more = 0;
+        motion_rest_within(o, REST[i]);
+        status = optimize_descent(&d, &more, converged, error);
+        *steps += more;
+    }
+    return status;
+}
+
 /* Where inputs may change twice as often the objective is better by at least half of the error: at
  * most a half is left of what a switch at a share p of an interval costs, which goes as
  * p (1 - p) h^2, and a quarter of what goes as h^2. So the error is at most twice the difference.
@@ -144,9 +166,8 @@ static ad_status find_error(const optimize_motion *o, optimize_motion_report *re
     settings.motion.intervals *= 2;
     ad_status status = optimize_motion_create(&settings, o->family, o->around, &fine, key, error);
     if (status == AD_OK) {
-        const descent d = optimize_motion_problem(fine);
         guess_from(fine, o);
-        status = optimize_descent(&d, &steps, &converged, error);
+        status = descend(fine, 1, &steps, &converged, error);
     }
     report->steps += steps;
     if (status == AD_OK && converged && motion_evaluate(fine, fine->x) && violation(fine) <= KEPT) {
@@ -165,7 +186,6 @@ ad_status optimize_motion_run(optimize_motion *o, optimize_motion_report *report
     const int *given = o->settings->motion.modes;
     const int finer[4] = {given[0] + 2, given[1] + 1, given[2] > 2 ? given[2] + 1 : 2,
                           given[3] > 1 ? given[3] + 1 : 1};
-    const descent d = optimize_motion_problem(o);
     ad_status status = AD_OK;
     *report = (optimize_motion_report){
         .violation = INFINITY, .error = INFINITY, .bounds = o->rod->bounds};
@@ -178,7 +198,7 @@ ad_status optimize_motion_run(optimize_motion *o, optimize_motion_report *report
         bool converged = false;
         motion_guess(o, FIRST[i]);
         o->why.status = AD_OK;
-        status = optimize_descent(&d, &steps, &converged, error);
+        status = descend(o, 0, &steps, &converged, error);
         report->violation = status == AD_OK && motion_evaluate(o, o->x) ? violation(o) : INFINITY;
         report->found = converged && report->violation <= KEPT;
         report->steps += steps;
