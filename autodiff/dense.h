@@ -57,6 +57,18 @@ void ad_dense_lu_solve(size_t n, size_t count, const double *factor, const int *
 size_t ad_dense_basis(size_t rows, size_t n, double *a, double least, double *coefficients,
                       int *order, double *work);
 
+/* The triangle R of QR factors of a[n][rows], column-major with `stride` between columns: it is
+ * left in the first rows, what is below is 0. By the calling thread alone; work
+ * [AD_DENSE_TRIANGLE_WORK(n)]. */
+#define AD_DENSE_TRIANGLE_WORK(columns) (65 * (size_t)(columns))
+void ad_dense_triangle(size_t rows, size_t n, double *a, size_t stride, double *work);
+
+/* Adds rows to such a triangle r[columns][n], of n columns and more to its right: b[columns][rows],
+ * column-major both. The first n columns of b become 0, to be read as such whatever is left there;
+ * the others of both are transformed with them. */
+void ad_dense_triangle_add(size_t n, size_t rows, size_t columns, double *r, size_t r_stride,
+                           double *b, size_t b_stride, double *work);
+
 /* How many eigenvalues of a symmetric matrix [n][n] are negative; it is overwritten, pivots [n]. */
 int ad_dense_negative(size_t n, double *matrix, int *pivots);
 

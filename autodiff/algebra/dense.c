@@ -425,6 +425,38 @@ size_t ad_dense_basis(size_t rows, size_t n, double *a, double least, double *co
 
 /* Bunch and Kaufman's factors keep the inertia; each of their blocks of two has one eigenvalue of
  * either sign, and is marked by negative pivots. */
+void ad_dense_triangle(size_t rows, size_t n, double *a, size_t stride, double *work)
+{
+    const int height = (int)rows, width = (int)n, step = (int)stride;
+    const int space = (int)(AD_DENSE_TRIANGLE_WORK(n) - n);
+    int info = 0;
+    if (rows > 0) {
+        ad_blas_load(NULL)->geqrf(&height, &width, a, &step, work, work + n, &space, &info);
+    }
+    for (size_t j = 0; j < n && j + 1 < rows; j++) {
+        memset(a + j * stride + j + 1, 0, (rows - j - 1) * sizeof *a);
+    }
+}
+
+void ad_dense_triangle_add(size_t n, size_t rows, size_t columns, double *r, size_t r_stride,
+                           double *b, size_t b_stride, double *work)
+{
+    const blas *blas = ad_blas_load(NULL);
+    const int width = (int)n, height = (int)rows, more = (int)(columns - n), full = 0;
+    const int step_r = (int)r_stride, step_b = (int)b_stride, block = width < 32 ? width : 32;
+    double *factors = work, *space = work + 32 * n;
+    int info = 0;
+    if (rows == 0 || n == 0) {
+        return;
+    }
+    blas->tpqrt(&height, &width, &full, &block, r, &step_r, b, &step_b, factors, &block, space,
+                &info);
+    if (more > 0) {
+        blas->tpmqrt("L", "T", &height, &more, &width, &full, &block, b, &step_b, factors, &block,
+                     r + n * r_stride, &step_r, b + n * b_stride, &step_b, space, &info);
+    }
+}
+
 int ad_dense_negative(size_t n, double *matrix, int *pivots)
 {
     int size = (int)n, info = 0, count = 0;

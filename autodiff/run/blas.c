@@ -104,8 +104,10 @@ static void load(void)
         void *to;
     } wanted[] = {{"cblas_dgemm", &state.loaded.gemm}, {"cblas_dsyrk", &state.loaded.syrk},
                   {"dgetrf_", &state.loaded.getrf},    {"dgetrs_", &state.loaded.getrs},
-                  {"dgeqp3_", &state.loaded.geqp3},    {"dtrtri_", &state.loaded.trtri},
-                  {"dsytf2_", &state.loaded.sytf2},    {"dgeev_", &state.loaded.geev}};
+                  {"dgeqp3_", &state.loaded.geqp3},    {"dgeqrf_", &state.loaded.geqrf},
+                  {"dtpqrt_", &state.loaded.tpqrt},    {"dtpmqrt_", &state.loaded.tpmqrt},
+                  {"dtrtri_", &state.loaded.trtri},    {"dsytf2_", &state.loaded.sytf2},
+                  {"dgeev_", &state.loaded.geev}};
     for (size_t i = 0; i < sizeof wanted / sizeof *wanted; i++) {
         void *function = library ? dlsym(library, wanted[i].name) : NULL;
         if (!function) {

@@ -25,6 +25,13 @@ typedef struct blas {
                   double *, const int *, int *);
     void (*geqp3)(const int *, const int *, double *, const int *, int *, double *, double *,
                   const int *, int *);
+    void (*geqrf)(const int *, const int *, double *, const int *, double *, double *, const int *,
+                  int *);
+    void (*tpqrt)(const int *, const int *, const int *, const int *, double *, const int *,
+                  double *, const int *, double *, const int *, double *, int *);
+    void (*tpmqrt)(const char *, const char *, const int *, const int *, const int *, const int *,
+                   const int *, const double *, const int *, const double *, const int *, double *,
+                   const int *, double *, const int *, double *, int *);
     void (*trtri)(const char *, const char *, const int *, double *, const int *, int *);
     void (*sytf2)(const char *, const int *, double *, const int *, int *, int *);
     void (*geev)(const char *, const char *, const int *, double *, const int *, double *, double *,

@@ -67,9 +67,10 @@ typedef struct patches patches;
 
 typedef struct patches_summary {
     patches_end end;
-    double estimate; /* root mean square of the error over that of the fields, the worst field */
-    double largest;  /* estimated error at any place over the root mean square */
-    double done;     /* of time, 0 to 1; places beyond have no value */
+    double estimate;    /* root mean square of the error over that of the fields, the worst field */
+    double by_unknowns; /* the part of it that comes from the deviations of the unknowns, which no
+                           finer patches lower: the tolerance is of the rest */
+    double done;        /* of time, 0 to 1; places beyond have no value */
     double seconds;
     int attempts, windows;
     int most_patches;  /* in a window */

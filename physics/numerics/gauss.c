@@ -12,20 +12,19 @@ void gauss_legendre(int n, double y, double *p)
 }
 
 /* Newton's iteration for the roots of P_n from their asymptotic places. */
-static void find_nodes(gauss_rule *rule)
+void gauss_points(int n, double *nodes, double *weights)
 {
     const double pi = 3.14159265358979323846;
-    int n = rule->stages;
     for (int i = 0; i < n; i++) {
-        double x = 0.5 - 0.5 * cos(pi * (i + 0.75) / (n + 0.5)), p[GAUSS_STAGES_MAX + 1], slope = 1;
+        double x = 0.5 - 0.5 * cos(pi * (i + 0.75) / (n + 0.5)), p[GAUSS_POINTS_MAX + 1], slope = 1;
         for (int k = 0; k < 8; k++) {
             const double y = 2 * x - 1;
             gauss_legendre(n, y, p);
             slope = 2 * n * (y * p[n] - p[n - 1]) / (y * y - 1); /* by x */
             x -= p[n] / slope;
         }
-        rule->nodes[i] = x;
-        rule->weights[i] = 4 / (4 * x * (1 - x) * slope * slope);
+        nodes[i] = x;
+        weights[i] = 4 / (4 * x * (1 - x) * slope * slope);
     }
 }
 
@@ -86,7 +85,7 @@ gauss_rule gauss_radau_rule_of(int stages)
 gauss_rule solve_gauss_rule_of(int stages)
 {
     gauss_rule rule = {.stages = stages};
-    find_nodes(&rule);
+    gauss_points(stages, rule.nodes, rule.weights);
     fill_matrix(&rule);
     for (int i = 0; i < stages + 2; i++) {
         double product = 1;

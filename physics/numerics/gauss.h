@@ -18,6 +18,10 @@ typedef struct gauss_rule {
 /* p [n + 1]: Legendre's polynomials P_0 .. P_n at y. */
 void gauss_legendre(int n, double y, double *p);
 
+/* Gauss-Legendre points on [0, 1], ascending, and their weights [n], n <= GAUSS_POINTS_MAX. */
+enum { GAUSS_POINTS_MAX = 64 };
+void gauss_points(int n, double *nodes, double *weights);
+
 /* 1 <= stages <= GAUSS_STAGES_MAX */
 gauss_rule solve_gauss_rule_of(int stages);
 

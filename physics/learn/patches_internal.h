@@ -1,0 +1,150 @@
+/* Parts of patches.h: what is recorded, the patches and their functions, the rows of a window. */
+#ifndef PHYSICS_LEARN_PATCHES_INTERNAL_H
+#define PHYSICS_LEARN_PATCHES_INTERNAL_H
+
+#include "physics/learn/patches.h"
+
+enum {
+    PATCH_DIMS = PATCHES_COORDINATES_MAX,
+    PATCH_ORDER = 7,   /* derivatives of this order are looked for, to refuse them */
+    PATCH_JETS = 330,  /* derivatives by four coordinates up to this order */
+    PATCH_DEGREE = 30, /* largest along a coordinate */
+    PATCH_OUTPUTS = MODEL_COLUMNS_MAX
+};
+
+/* ---- recording ------------------------------------------------------------------------------- */
+
+/* Derivatives by their orders along the coordinates, the value itself first. */
+typedef struct patch_jets {
+    int dims, count;
+    unsigned char order[PATCH_JETS][PATCH_DIMS];
+} patch_jets;
+
+void patch_jets_fill(patch_jets *jets, int dims);
+int patch_jet_of(const patch_jets *jets, const int *order); /* its index */
+
+/* A factor of a row of the Jacobian: of a residual by a derivative of an output, or (output -1) by
+ * the unknown number `jet`. */
+typedef struct patch_entry {
+    int row, output, jet;
+    bool same; /* at all points */
+} patch_entry;
+
+/* The residuals of the terms of a set of points, and their derivatives by derivatives of the
+ * fields, as a program. */
+typedef struct patch_law {
+    const model_set *set;
+    int rows, entry_count;
+    bool linear;
+    double *weight;       /* [rows], of the square */
+    bool *same;           /* [rows], at all points */
+    patch_entry *entries; /* [entry_count] */
+    bool *uses;           /* [outputs][jets] */
+    ad_program *program;  /* inputs: coordinates, [outputs][jets], unknowns, data; outputs: rows,
+                             entries */
+} patch_law;
+
+ad_status patch_law_create(const physics_model *m, int set, const patch_jets *jets, ad_pool *pool,
+                           patch_law *law, ad_error *error);
+void patch_law_clear(patch_law *law);
+
+/* ---- patches --------------------------------------------------------------------------------- */
+
+/* Boxes between the edges of every coordinate. Patches are counted with the coordinate of the most
+ * cells slowest. Coefficients of a patch are [outputs][functions], of functions whose mean square
+ * in the patch is 1. */
+typedef struct patch_grid {
+    int dims, outputs;
+    int cells[PATCH_DIMS];
+    double *edge[PATCH_DIMS]; /* [cells + 1] */
+    int degree[PATCH_DIMS];
+    int functions; /* of an output in a patch */
+    int patches;
+    int stride[PATCH_DIMS]; /* patch = sum of cell times stride */
+    double *c;              /* [patches][outputs][functions] */
+} patch_grid;
+
+/* edges are copied; c is 0. False: no memory. */
+bool patch_grid_create(patch_grid *grid, int dims, int outputs, const int *cells,
+                       double *const *edges, const int *degree);
+void patch_grid_clear(patch_grid *grid);
+
+static inline size_t patch_grid_size(const patch_grid *grid)
+{
+    return (size_t)grid->outputs * (size_t)grid->functions;
+}
+
+static inline int patch_cell(const patch_grid *grid, int patch, int coordinate)
+{
+    return patch / grid->stride[coordinate] % grid->cells[coordinate];
+}
+
+double patch_half(const patch_grid *grid, int patch, int coordinate); /* of its length */
+double patch_volume(const patch_grid *grid, int patch);               /* of it */
+double patch_scale(const patch_grid *grid, int patch, const unsigned char *order); /* half^-order */
+
+/* A derivative of an output at a place (clamped into the grid). */
+double patch_grid_at(const patch_grid *grid, int output, const int *order, const double *x);
+
+/* Coefficients of `to` become those of the projection of what `from` has there. */
+void patch_grid_project(const patch_grid *from, patch_grid *to);
+
+/* The same functions where `to` has the same patches and higher degrees. */
+void patch_grid_embed(const patch_grid *from, patch_grid *to);
+
+/* Functions and their derivatives by the local coordinates at points of a patch. */
+typedef struct patch_table {
+    int points;
+    double *local;           /* [dims][points], from -1 to 1 */
+    double *weight;          /* [points], their sum is 1 */
+    double *phi[PATCH_JETS]; /* [functions][points]; NULL: not wanted */
+} patch_table;
+
+/* Gauss' points along the coordinates whose end is 0, else at -1 or 1. */
+bool patch_table_create(patch_table *table, const patch_grid *grid, const patch_jets *jets,
+                        const bool *wanted, const int *end);
+/* The same at local coordinates [dims][points] of one's own. */
+bool patch_table_at(patch_table *table, const patch_grid *grid, const patch_jets *jets,
+                    const bool *wanted, int points, const double *local);
+void patch_table_clear(patch_table *table);
+
+/* ---- the rows of a window -------------------------------------------------------------------- */
+
+typedef struct patch_problem {
+    const physics_model *model;
+    const patches_settings *settings;
+    patch_jets jets;
+    int dims, outputs, law_count, unknowns;
+    bool marches; /* window by window */
+    bool linear;
+    bool held; /* unknowns stay as they are, and data do not count */
+    patch_law laws[MODEL_SETS_MAX];
+    int order[PATCH_OUTPUTS][PATCH_DIMS]; /* the highest inside, of an output along a coordinate */
+    double scale[PATCH_OUTPUTS];          /* the size of the outputs */
+    double unknown[MODEL_UNKNOWNS_MAX];
+    double deviation[MODEL_UNKNOWNS_MAX];
+} patch_problem;
+
+static inline size_t patch_unknowns(const patch_problem *p)
+{
+    return p->held ? 0 : (size_t)p->unknowns;
+}
+
+/* Which laws count: those of the start of time alone, or all. */
+typedef enum patch_phase { PATCH_START, PATCH_FIRST, PATCH_LATER } patch_phase;
+
+/* Gauss-Newton steps from grid->c until what is left to go seems below `enough`, relative to the
+ * scale of the fields and in root mean square; at most `steps`. A linear problem takes one. Steps
+ * that become shorter by a factor leave the last times this factor. `before`: what the window
+ * before ends with (PATCH_LATER), or NULL. AD_NOT_FINITE: it diverges; AD_BAD_INPUT: rows do not
+ * determine the coefficients. */
+typedef struct patch_outcome {
+    int steps;
+    double left;
+} patch_outcome;
+
+ad_status patch_solve(patch_problem *p, patch_grid *grid, patch_phase phase,
+                      const patch_grid *before, int steps, double enough, patch_outcome *outcome,
+                      ad_error *error);
+
+#endif
