@@ -10,6 +10,10 @@
 
 enum { POINTS_ON_PATH = 2 * CONTROL_HEIGHTS + 1, STEPS = 12 };
 
+/* A path is judged at so many places around it or along a file, and of each way between set
+ * points. */
+enum { JUDGED_PLACES = 2 * POINTS_ON_PATH, JUDGED_OF_WAY = 6 };
+
 struct equilibria {
     scene of;
     reduced_rod *rod;
@@ -239,39 +243,31 @@ static double square(int n, const double *x)
     return sum;
 }
 
-/* Points of the task, each [3]; of a circle or an eight around once. */
-static int points_of(const control_task *task, double (*points)[3], ad_status *status,
-                     ad_error *error)
+/* Of a circle or an eight, around once. */
+static ad_status points_around(const control_task *task, double points[POINTS_ON_PATH][3],
+                               ad_error *error)
 {
     task_path *path = NULL;
     control_task alone = *task;
     const double start[3] = {0};
     alone.approach = 0;
-    int count = 0;
-    if (task->path == CONTROL_POINTS) {
-        for (; count < task->point_count; count++) {
-            memcpy(points[count], task->points[count].position, sizeof points[count]);
-        }
-        return count;
-    }
-    *status = task_path_create(&alone, start, &path, error);
-    for (; count < POINTS_ON_PATH && *status == AD_OK; count++) {
-        task_path_at(path, count / (task->frequency * POINTS_ON_PATH), points[count]);
+    const ad_status status = task_path_create(&alone, start, &path, error);
+    for (int i = 0; i < POINTS_ON_PATH && status == AD_OK; i++) {
+        task_path_at(path, i / (task->frequency * POINTS_ON_PATH), points[i]);
     }
     task_path_free(path);
-    return count;
+    return status;
 }
 
 /* Heights above the plane at which the place can be over each point of the path. */
 static ad_status find_heights(equilibria *equilibria, const control_task *task, double *heights,
                               ad_error *error)
 {
-    double across[2][3], points[CONTROL_POINTS_MAX][3], off[3], inputs[SCENE_PARAMETERS_MAX];
-    ad_status status = AD_OK;
-    const int count = points_of(task, points, &status, error);
+    double across[2][3], points[POINTS_ON_PATH][3], off[3], inputs[SCENE_PARAMETERS_MAX];
+    ad_status status = points_around(task, points, error);
     task_plane(task->normal, across);
     equilibria_middle(equilibria, inputs);
-    for (int i = 0; i < count && status == AD_OK; i++) {
+    for (int i = 0; i < POINTS_ON_PATH && status == AD_OK; i++) {
         reduced_place place;
         status = reach(equilibria, points[i], 2, across, inputs, off, error);
         status = status == AD_OK ? see(equilibria, inputs, &place, error) : status;
@@ -332,22 +328,45 @@ static ad_status place_plane(equilibria *equilibria, control_task *task, ad_erro
     return status;
 }
 
-ad_status equilibria_place_task(equilibria *equilibria, control_task *task, double *reach_off,
-                                ad_error *error)
+/* The time of the i-th of the places at which a path without approach is judged; false: there are
+ * no more. Ways between set points that are gone in jumps have none but their ends. */
+static bool judged_at(const control_task *task, const task_path *path, int i, double *t)
 {
-    double points[CONTROL_POINTS_MAX][3], off[3], inputs[SCENE_PARAMETERS_MAX], sum = 0;
+    if (task->path == CONTROL_POINTS) {
+        const int ways = task->travel > 0 ? JUDGED_OF_WAY : 1, point = i / ways;
+        *t = (i % ways) * task->travel / ways;
+        for (int k = 0; k <= point && k < task->point_count; k++) {
+            *t += k < point ? task->points[k].stay + task->travel : task->points[k].stay;
+        }
+        return i <= (task->point_count - 1) * ways;
+    }
+    *t = task->path == CONTROL_FILE ? i * task_path_end(path) / (JUDGED_PLACES - 1)
+                                    : i / (task->frequency * JUDGED_PLACES);
+    return i < JUDGED_PLACES;
+}
+
+ad_status equilibria_place_task(equilibria *equilibria, control_task *task, double *rms,
+                                double *worst, ad_error *error)
+{
+    double point[3], off[3], inputs[SCENE_PARAMETERS_MAX], sum = 0, t;
     double world[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-    *reach_off = NAN;
-    if (task->path == CONTROL_FILE) {
-        return AD_OK;
-    }
-    ad_status status = task->path == CONTROL_POINTS ? AD_OK : place_plane(equilibria, task, error);
-    const int count = status == AD_OK ? points_of(task, points, &status, error) : 0;
+    const bool plane = task->path != CONTROL_POINTS && task->path != CONTROL_FILE;
+    task_path *path = NULL;
+    int count = 0;
+    ad_status status = plane ? place_plane(equilibria, task, error) : AD_OK;
+    control_task alone = *task;
+    const double start[3] = {0};
+    alone.approach = 0;
+    status = status == AD_OK ? task_path_create(&alone, start, &path, error) : status;
     equilibria_middle(equilibria, inputs);
-    for (int i = 0; i < count && status == AD_OK; i++) {
-        status = reach(equilibria, points[i], 3, world, inputs, off, error);
+    *worst = 0;
+    for (; status == AD_OK && judged_at(&alone, path, count, &t); count++) {
+        task_path_at(path, t, point);
+        status = reach(equilibria, point, 3, world, inputs, off, error);
         sum += square(3, off);
+        *worst = fmax(*worst, sqrt(square(3, off)));
     }
-    *reach_off = status == AD_OK ? sqrt(sum / count) : NAN;
+    *rms = sqrt(sum / fmax(count, 1));
+    task_path_free(path);
     return status;
 }

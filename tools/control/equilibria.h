@@ -25,10 +25,10 @@ ad_status equilibria_settle(equilibria *equilibria, const double *inputs, double
 ad_status equilibria_derivatives(equilibria *equilibria, const double *inputs, const double *state,
                                  int count, const int *which, double *by, ad_error *error);
 
-/* Fills in centre, normal and heights of a circle or an eight where they are open. reach: by how
- * much, m, rms, points of the path are off where the place can be at rest. A path of a file is
- * left alone, reach is NaN then. */
-ad_status equilibria_place_task(equilibria *equilibria, control_task *task, double *reach,
-                                ad_error *error);
+/* Fills in centre, normal and heights of a circle or an eight where they are open. rms, worst: by
+ * how much, m, places along the path, also between set points, are off where the place can be at
+ * rest. */
+ad_status equilibria_place_task(equilibria *equilibria, control_task *task, double *rms,
+                                double *worst, ad_error *error);
 
 #endif

@@ -348,6 +348,7 @@ ad_status loop_run(control_loop *loop, loop_report *report, ad_error *error)
     memset(report, 0, sizeof *report);
     report->samples = loop->samples;
     report->reach = loop->reach;
+    report->reach_worst = loop->reach_worst;
     if (status == AD_OK) {
         *r = (running){.x = loop, .report = report, .rows = room};
         memcpy(r->applied, loop->middle, sizeof r->applied);

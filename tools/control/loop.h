@@ -44,7 +44,8 @@ typedef struct loop_report {
     bool diverged;              /* the place was a rod's length off, or the plant failed */
     double rms, worst;          /* m, of the true place off the path, after the approach */
     double approach;            /* m, worst before */
-    double reach;               /* m, rms: what the path is off where the place can be at rest */
+    double reach, reach_worst;  /* m, rms and at most: what the path is off where the place can be
+                                 * at rest */
     double filter[2], control[2], both[2]; /* s a period: median, worst */
     double saturated;                      /* part of the samples with an input at a limit */
     /* Of the ranges of the inputs, from one sample to the next: mean and worst change, and the mean

@@ -392,9 +392,9 @@ static ad_status rest(control_loop *loop, ad_error *error)
     ad_status status = equilibria_settle(loop->rest, loop->middle, loop->numbers, error);
     status = status == AD_OK ? linearise(loop, error) : status;
     status = status == AD_OK ? fill_numbers(loop, error) : status;
-    return status == AD_OK
-               ? equilibria_place_task(loop->rest, &loop->control.task, &loop->reach, error)
-               : status;
+    return status == AD_OK ? equilibria_place_task(loop->rest, &loop->control.task, &loop->reach,
+                                                   &loop->reach_worst, error)
+                           : status;
 }
 
 /* Where the robot starts, and the path from there. */

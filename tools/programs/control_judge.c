@@ -40,10 +40,11 @@ static void judge_innovations(const loop_report *r, verdict *to)
 
 void control_judge(const control_settings *c, const loop_report *r, verdict *to)
 {
-    char reach[80] = "";
-    if (r->reach > c->tolerance_rms) {
-        snprintf(reach, sizeof reach, "; at rest it comes no nearer than %.2g mm rms",
-                 1e3 * r->reach);
+    char reach[100] = "";
+    if (r->reach > c->tolerance_rms || r->reach_worst > c->tolerance_worst) {
+        snprintf(reach, sizeof reach,
+                 "; at rest it comes no nearer than %.2g mm rms, and %.2g mm at most",
+                 1e3 * r->reach, 1e3 * r->reach_worst);
     }
     if (r->diverged) {
         verdict_add(to, VERDICT_DIVERGED,

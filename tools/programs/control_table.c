@@ -34,8 +34,9 @@ void control_print_head(const config *of, const control_row *row, const char *mo
            MILLI * c->period);
     print_task(c, loop_task(row->loop));
     if (!isnan(row->report.reach)) {
-        printf("  %-10s %.2g mm rms off the path where the place can be at rest\n", "reach",
-               MILLI * row->report.reach);
+        printf(
+            "  %-10s %.2g mm rms, at most %.2g mm, off the path where the place can be at rest\n",
+            "reach", MILLI * row->report.reach, MILLI * row->report.reach_worst);
     }
     printf("  %-10s modes %d, %d, %d, %d", "plant", modes[0], modes[1], modes[2], modes[3]);
     for (int i = 0; i < c->change_count; i++) {
@@ -171,6 +172,7 @@ void control_json(int count, const control_row *rows, json *to)
             json_number(to, "worst", r->worst);
             json_number(to, "approach", r->approach);
             json_number(to, "reach", r->reach);
+            json_number(to, "reach_worst", r->reach_worst);
             json_number(to, "saturated", r->saturated);
             json_open(to, "change", '{');
             json_number(to, "mean", r->change[0]);
