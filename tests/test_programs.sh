@@ -69,7 +69,7 @@ if [ -c /dev/full ]; then
     for command in 'cpinn-train --help' "cpinn-train $elastica --print-config" 'cpinn-eval a' \
         'cpinn-eval a --json -' 'cpinn-check --version' 'cpinn-bench --help' 'cpinn-solve --help' \
         'cpinn-cases --help' 'cpinn-control --help' 'cpinn-export --help' \
-        'cpinn-law --help' 'cpinn-residual --help' 'cpinn-show --help'; do
+        'cpinn-fit --help' 'cpinn-law --help' 'cpinn-residual --help' 'cpinn-show --help'; do
         got=0
         $command >/dev/full 2>stderr.txt || got=$?
         check "exit 1 of $command" -- test "$got" -eq 1

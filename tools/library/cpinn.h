@@ -7,6 +7,7 @@
  *             physics/learn/evaluator.h; a few microseconds for one point, without allocations
  *   solve     the same scene by a classical method; many members of a family at once
  *   identify  numbers of a scene that are not known, from measurements
+ *   fit       equations of one's own, to a tolerance and within a time
  *
  * A scene is filled in from scene_defaults, physics/scene/scene.h, settings from
  * train_settings_default, tools/train/train_settings.h; what is left open there is chosen by what
@@ -26,7 +27,9 @@
 #define CPINN_H
 
 #include "physics/chain/solve_members.h"
+#include "physics/learn/equations.h"
 #include "physics/learn/evaluator.h"
+#include "physics/learn/patches.h"
 #include "physics/scene/scene.h"
 #include "physics/scene/verdict.h"
 #include "tools/train/train_settings.h"
@@ -117,6 +120,55 @@ double cpinn_history_value(const cpinn_model *model, size_t row, const char *col
  * columns). To be freed by evaluator_free; it does not need the model any more. */
 ad_status cpinn_evaluator(const cpinn_model *model, const char *names, evaluator **result,
                           ad_error *error);
+
+/* ---- equations of one's own -----------------------------------------------------------------
+ *
+ * What physics/learn/equations.h puts together from texts and data, or a YAML file with a section
+ * `equations`, is solved by patches (physics/learn/patches.h) until the estimated error is within
+ * the tolerance or the time is over. */
+
+/* A solution, with its error and verdict. */
+typedef struct cpinn_fit cpinn_fit;
+
+/* All 0 is fine. */
+typedef struct cpinn_fit_options {
+    double
+        tolerance;  /* of the fields relative to their root mean square; 0: of the file, or 1e-6 */
+    double seconds; /* 0: of the file, or 60 */
+    int threads;    /* 0: one per processor */
+    bool (*progress)(void *context, const patches_progress *now); /* NULL; false: stop */
+    void *context;
+} cpinn_fit_options;
+
+/* AD_OK, also where the tolerance is not met: the verdict says so. options may be NULL. The
+ * equations are borrowed, and must outlive the fit. AD_BAD_INPUT, of a file with its line; else as
+ * patches_fit. */
+ad_status cpinn_fit_equations(equations *e, const cpinn_fit_options *options, cpinn_fit **fit,
+                              ad_error *error);
+ad_status cpinn_fit_file(const char *path, int count, const char *const *overrides,
+                         const cpinn_fit_options *options, cpinn_fit **fit, ad_error *error);
+
+/* Keep what evaluation needs in a file of HDF5, and read it again. AD_IO, AD_BAD_INPUT. */
+ad_status cpinn_fit_save(const cpinn_fit *fit, const char *path, ad_error *error);
+ad_status cpinn_fit_open(const char *path, cpinn_fit **fit, ad_error *error);
+void cpinn_fit_free(cpinn_fit *fit);
+
+/* Of a fit; these live as long as it. The model has the names and ranges of coordinates, which
+ * include parameters with a range, the fields, and the unknowns. */
+const verdict *cpinn_fit_verdict(const cpinn_fit *fit);
+const physics_model *cpinn_fit_model(const cpinn_fit *fit);
+const char *cpinn_fit_coordinate(const cpinn_fit *fit, int index); /* names; NULL behind the last */
+const char *cpinn_fit_field(const cpinn_fit *fit, int index);
+const char *cpinn_fit_unknown(const cpinn_fit *fit, int index);
+double cpinn_fit_tolerance(const cpinn_fit *fit);        /* that was asked for */
+patches_summary cpinn_fit_summary(const cpinn_fit *fit); /* error, size, time, unknowns */
+
+/* A field or a derivative of one, "u", "u_xt", at places x [coordinates][count], in SI units:
+ * values [count], and their estimated errors [count] (NULL: not wanted). All are NaN beyond the
+ * time that was reached. AD_BAD_INPUT: no such name; a place outside of the ranges. */
+ad_status cpinn_fit_evaluate(const cpinn_fit *fit, const char *name, size_t count,
+                             const double *const *x, double *values, double *errors,
+                             ad_error *error);
 
 /* ---- families -------------------------------------------------------------------------------
  *

@@ -11,6 +11,7 @@ extern const char *const help_check[];
 extern const char *const help_control[];
 extern const char *const help_eval[];
 extern const char *const help_export[];
+extern const char *const help_fit[];
 extern const char *const help_law[];
 extern const char *const help_plan[];
 extern const char *const help_optimize[];

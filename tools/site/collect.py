@@ -14,7 +14,7 @@ import sys
 PAGES = ["README.md", "configs/README.md", "configs/cases/README.md", "configs/tutorial/*.md",
          "autodiff/README.md", "tools/bench/README.md", "tools/site/pages/*.md",
          "tools/python/README.md", "CHANGELOG.md", "CONTRIBUTING.md"]
-PROGRAMS = ["train", "eval", "solve", "show", "export", "control", "check", "law", "residual",
+PROGRAMS = ["train", "eval", "solve", "show", "export", "control", "check", "fit", "law", "residual",
             "cases", "bench"]
 LINK = re.compile(r'(\]\(|<img src=")([^)"#]+)')
 

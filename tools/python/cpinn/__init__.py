@@ -14,6 +14,7 @@
     slopes = family.jacobian(at={"tension": 1.2}, s=0.2).jacobian    # m/N and so on
     arm = cpinn.one_step("runs/arm")                      # states a step later, thousands at once
     cpinn.envs.VectorArm("runs/arm", num_envs=1024)       # for gymnasium; import cpinn.envs
+    found = cpinn.fit(equations, tolerance=1e-6)          # of your own: cpinn.Equations
 
 Names of columns are those of the C library, physics/learn/evaluator.h: columns of the scene's model ("x",
 "qw", "m2", of beams "w"), r and q for all of a rod's position and rotation, and behind an underscore
@@ -27,7 +28,10 @@ MemoryError, as Python has it. What the library has made, as in a Model, is shar
 (copy.copy) and lives as long as one of them; it cannot be copied itself (copy.deepcopy) nor pickled.
 An object is used by one thread at a time; different ones may be by different threads at once.
 """
+from ._equations import Coordinate, Equations, Face, Field, Fit, FitProgress, fit, open_fit
 from ._family import Family, Jacobian, Members, Reached, Shapes
+from ._formulas import (Formula, acos, asin, atan, cos, cosh, exp, log, maximum, minimum, pi, sin, sinh, sqrt,
+                        tan, tanh, where)
 from ._library import (ArgumentTypeError, Error, FileError, InputError, NotFiniteError,
                        OutOfMemoryError, library_version)
 from ._model import Model, Progress, Verdict, train
@@ -36,10 +40,12 @@ from ._place import example
 from ._solution import Solution, Unknowns, identify, solve
 from ._steps import OneStep, Step, one_step, reduced_rod
 
-__all__ = ["ArgumentTypeError", "Error", "Family", "FileError", "InputError", "Jacobian",
-           "Members", "Model", "NotFiniteError", "OneStep", "OutOfMemoryError", "Progress", "Reached",
-           "Shapes", "Solution", "Step", "Unknowns", "Verdict", "example", "identify", "one_step", "open",
-           "reduced_rod", "solve", "train", "version"]
+__all__ = ["ArgumentTypeError", "Coordinate", "Equations", "Error", "Face", "Family", "Field", "FileError",
+           "Fit", "FitProgress", "Formula", "InputError", "Jacobian", "Members", "Model", "NotFiniteError",
+           "OneStep", "OutOfMemoryError", "Progress", "Reached", "Shapes", "Solution", "Step", "Unknowns",
+           "Verdict", "acos", "asin", "atan", "cos", "cosh", "example", "exp", "fit", "identify", "log",
+           "maximum", "minimum", "one_step", "open", "open_fit", "pi", "reduced_rod", "sin", "sinh", "solve",
+           "sqrt", "tan", "tanh", "train", "version", "where"]
 
 
 def version() -> str:

@@ -79,6 +79,36 @@ class SolveOptions(ctypes.Structure):
                 ("branch", ctypes.c_int)]
 
 
+class EquationsCoordinate(ctypes.Structure):
+    _fields_ = [("name", ctypes.c_char_p), ("unit", ctypes.c_char_p), ("low", ctypes.c_double),
+                ("high", ctypes.c_double), ("periodic", ctypes.c_bool), ("time", ctypes.c_bool)]
+
+
+class FitNow(ctypes.Structure):
+    _fields_ = [("attempt", ctypes.c_int), ("window", ctypes.c_int), ("done", ctypes.c_double),
+                ("estimate", ctypes.c_double), ("seconds", ctypes.c_double),
+                ("patches", ctypes.c_int)]
+
+
+FIT_PROGRESS = ctypes.CFUNCTYPE(ctypes.c_bool, ctypes.c_void_p, ctypes.POINTER(FitNow))
+
+
+class FitOptions(ctypes.Structure):
+    _fields_ = [("tolerance", ctypes.c_double), ("seconds", ctypes.c_double),
+                ("threads", ctypes.c_int), ("progress", FIT_PROGRESS),
+                ("context", ctypes.c_void_p)]
+
+
+class FitSummary(ctypes.Structure):
+    _fields_ = [("end", ctypes.c_int), ("estimate", ctypes.c_double),
+                ("by_unknowns", ctypes.c_double), ("done", ctypes.c_double),
+                ("seconds", ctypes.c_double), ("attempts", ctypes.c_int),
+                ("windows", ctypes.c_int), ("most_patches", ctypes.c_int),
+                ("parameters", ctypes.c_size_t), ("steps", ctypes.c_int),
+                ("unknowns", ctypes.c_int), ("unknown", ctypes.c_double * 8),
+                ("deviation", ctypes.c_double * 8)]
+
+
 class FamilySettings(ctypes.Structure):
     _fields_ = [("extrapolate", ctypes.c_bool), ("threads", ctypes.c_int),
                 ("points", ctypes.c_size_t), ("s", ctypes.c_void_p), ("t", ctypes.c_void_p),
@@ -182,6 +212,28 @@ solution_estimate = declare("cpinn_solution_estimate", D, Made)
 solution_columns = declare("cpinn_solution_columns", I, Made)
 solution_name = declare("cpinn_solution_column_name", S, Made, I)
 solution_evaluate = declare("cpinn_solution_evaluate", I, Made, Z, P, P, P, FAIL)
+equations_create = declare("equations_create", P)
+equations_free = declare("equations_free", None, P)
+equations_add_coordinate = declare("equations_add_coordinate", I, Made,
+                                   ctypes.POINTER(EquationsCoordinate), FAIL)
+equations_add_parameter = declare("equations_add_parameter", I, Made, S, S, FAIL)
+equations_add_range = declare("equations_add_range", I, Made, S, D, D, FAIL)
+equations_add_unknown = declare("equations_add_unknown", I, Made, S, D, FAIL)
+equations_add_field = declare("equations_add_field", I, Made, S, FAIL)
+equations_add_inside = declare("equations_add_inside", I, Made, S, FAIL)
+equations_add_condition = declare("equations_add_condition", I, Made, S, D, S, S, FAIL)
+equations_add_data = declare("equations_add_data", I, Made, Z, I, TEXTS, ctypes.POINTER(P), D, FAIL)
+fit_equations = declare("cpinn_fit_equations", I, Made, ctypes.POINTER(FitOptions), OUT, FAIL)
+fit_file = declare("cpinn_fit_file", I, S, I, TEXTS, ctypes.POINTER(FitOptions), OUT, FAIL)
+fit_save = declare("cpinn_fit_save", I, Made, S, FAIL)
+fit_open = declare("cpinn_fit_open", I, S, OUT, FAIL)
+fit_free = declare("cpinn_fit_free", None, P)
+fit_verdict = declare("cpinn_fit_verdict", P, Made)
+fit_summary = declare("cpinn_fit_summary", FitSummary, Made)
+fit_coordinate = declare("cpinn_fit_coordinate", S, Made, I)
+fit_field = declare("cpinn_fit_field", S, Made, I)
+fit_unknown = declare("cpinn_fit_unknown", S, Made, I)
+fit_evaluate = declare("cpinn_fit_evaluate", I, Made, S, Z, ctypes.POINTER(P), P, P, FAIL)
 family_not_compiled = declare("cpinn_family_not_compiled", S, Made)
 family_open = declare("cpinn_family_open", I, S, P, OUT, FAIL)
 family_file = declare("cpinn_family_file", I, S, I, TEXTS, D, P, OUT, FAIL)

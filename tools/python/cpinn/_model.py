@@ -264,7 +264,7 @@ class Model:
 
 
 @contextlib.contextmanager
-def _interrupts(raised: list[BaseException]) -> Iterator[None]:
+def interrupts(raised: list[BaseException]) -> Iterator[None]:
     """Ctrl-C is put into a list: between two steps Python only runs callbacks, out of which ctypes
     lets no exception go."""
     ours = (threading.current_thread() is threading.main_thread() and
@@ -276,6 +276,20 @@ def _interrupts(raised: list[BaseException]) -> Iterator[None]:
     finally:
         if ours:
             signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def handed_on(raised: list[BaseException], progress: Optional[Callable[[Any], Any]], kind: Any,
+              now: Any) -> bool:
+    """Hands on where C stands, a structure, as `kind`, and what is raised into a list; whether to
+    go on."""
+    try:
+        at = now.contents
+        answer = progress(kind(*(getattr(at, name) for name, _ in at._fields_))) \
+            if progress else None
+        return not raised and (answer is None or bool(answer))
+    except BaseException as error:
+        raised.append(error)
+        return False
 
 
 def train(scene: Scene, overrides: Overrides = (), threads: Optional[int] = None,
@@ -306,19 +320,12 @@ def train(scene: Scene, overrides: Overrides = (), threads: Optional[int] = None
     raised: list[BaseException] = []
 
     def stepped(_: Any, now: Any) -> bool:
-        try:
-            at = now.contents
-            answer = progress(Progress(*(getattr(at, name) for name, _ in at._fields_))) \
-                if progress else None
-            return not raised and (answer is None or bool(answer))
-        except BaseException as error:  # handed on below
-            raised.append(error)
-            return False
+        return handed_on(raised, progress, Progress, now)
 
     options = library.TrainOptions(threads_of(threads),
                                    text_of(folder) if folder is not None else None,
                                    bool(resume), library.PROGRESS(stepped))
-    with scene_file(scene) as path, _interrupts(raised):
+    with scene_file(scene) as path, interrupts(raised):
         model = Model(Made(library.free_model, library.train_file, path, *overrides_of(overrides),
                            ctypes.byref(options)))
     if raised:
