@@ -2,6 +2,7 @@
 
 #include "physics/chain/strain_group.h"
 #include "physics/chain/strain_jacobian.h"
+#include "physics/chain/strain_margin.h"
 #include "physics/learn/model.h"
 #include "physics/rod/strain.h"
 
@@ -147,6 +148,9 @@ typedef struct batch {
     double *values, *curvature;
     solve_member *results;
     solve_answer *answers;
+    double *margin, *by; /* of the curvature, in place of all that */
+    const double *beside;
+    int axis;
 } batch;
 
 static double *after(double *of, size_t count)
@@ -164,6 +168,12 @@ static ad_status run_group(void *context, int item, int thread, ad_error *error)
     const double *parameters = of->parameters + first * (size_t)solver->count;
     double *values = after(of->values, first * solver->points * SOLVE_MEMBERS_COLUMNS);
     double *curvature = after(of->curvature, first * unknowns);
+    if (of->margin) {
+        const size_t by = first * (size_t)solver->count;
+        return strain_group_margin(group, members, parameters, of->given + first * unknowns,
+                                   of->axis, of->beside + by, of->margin + first, after(of->by, by),
+                                   error);
+    }
     return of->given ? strain_group_refine(group, members, parameters, of->given + first * unknowns,
                                            of->steps, values, curvature,
                                            of->answers ? of->answers + first : NULL, error)
@@ -180,7 +190,9 @@ static ad_status run(batch *of, ad_error *error)
     } wanted[] = {{of->values, members->points * SOLVE_MEMBERS_COLUMNS * sizeof(double)},
                   {of->curvature, 3 * solve_members_nodes(members) * sizeof(double)},
                   {of->results, sizeof *of->results},
-                  {of->answers, sizeof *of->answers}};
+                  {of->answers, sizeof *of->answers},
+                  {of->margin, sizeof *of->margin},
+                  {of->by, (size_t)members->count * sizeof *of->by}};
     ad_dealt made[sizeof wanted / sizeof *wanted];
     int count = 0;
     for (size_t i = 0; i < sizeof wanted / sizeof *wanted; i++) {
@@ -225,6 +237,39 @@ ad_status solve_members_refine(solve_members *solver, size_t members, const doub
                 .curvature = refined,
                 .answers = answers};
     return run(&of, error);
+}
+
+/* Of a range, or of a parameter that has none. */
+static double step_of(const scene_parameter *parameter, double value)
+{
+    static const double STEP = 1e-4;
+    const double range = scene_parameter_slope(parameter, value);
+    return STEP * (isfinite(range) && range > 0 ? range : fmax(1, fabs(value)));
+}
+
+ad_status solve_members_margin(solve_members *solver, size_t members, const double *parameters,
+                               const double *curvature, double *margin, double *by, ad_error *error)
+{
+    const size_t count = (size_t)solver->count;
+    double *beside = malloc((members * count + 1) * sizeof *beside);
+    const rod_plane plane = rod_plane_of(&solver->open);
+    batch of = {.x = solver,
+                .members = members,
+                .parameters = parameters,
+                .given = curvature,
+                .margin = margin,
+                .by = by,
+                .beside = beside,
+                .axis = plane.is_planar ? plane.director : -1};
+    if (!beside) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu members", members);
+    }
+    for (size_t i = 0; i < members * count; i++) {
+        beside[i] = step_of(&solver->open.parameters[i % count], parameters[i]);
+    }
+    const ad_status status = run(&of, error);
+    free(beside);
+    return status;
 }
 
 /* ---- derivatives --------------------------------------------------------------------------- */

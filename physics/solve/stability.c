@@ -22,6 +22,7 @@ typedef struct variation {
     int tubes;
     stability_matrix matrix; /* of so many nodes as edges */
     double load_factor;
+    double left;                           /* of the stiffness of sections */
     double base[3][3];                     /* R where the rod begins */
     double stiffness[3][3];                /* K of the element, with that of tendons */
     double softness[3][3];                 /* C, the same */
@@ -440,7 +441,7 @@ static void take_section(variation *variation, const scene_properties *p, int k)
     double soft = fmin(bending[0], bending[1]);
     soft = isfinite(soft) ? soft : variation->typical;
     for (int i = 0; i < 3; i++) { /* a locked curvature is a very stiff one */
-        variation->stiffness[i][i] = fmin(bending[i], 1e6 * soft);
+        variation->stiffness[i][i] = variation->left * fmin(bending[i], 1e6 * soft);
         variation->softness[i][i] = 1 / quantity_value(p->strain_stiffness[i], s, 0);
     }
 }
@@ -582,8 +583,9 @@ ad_status stability_points(const scene *rod_scene, double *s, ad_error *error)
     return status;
 }
 
-ad_status stability_count_at(const scene *rod_scene, double load_factor, const double *values,
-                             int *count, ad_error *error)
+/* With that share of the stiffness of sections against bending and twist. */
+static ad_status count_with(const scene *rod_scene, double load_factor, double left,
+                            const double *values, int *count, ad_error *error)
 {
     *count = -1;
     if (scene_is_beam(rod_scene)) {
@@ -597,7 +599,8 @@ ad_status stability_count_at(const scene *rod_scene, double load_factor, const d
                    .axis = {plane.is_planar ? plane.director : 0, 1, 2},
                    .dims = plane.is_planar ? 2 : 3,
                    .tubes = rod_scene->tube_count,
-                   .load_factor = load_factor};
+                   .load_factor = load_factor,
+                   .left = left};
     ad_status status = place_elements(rod_scene, x.edge, error);
     if (status == AD_OK) {
         status =
@@ -633,7 +636,58 @@ ad_status stability_count_at(const scene *rod_scene, double load_factor, const d
     return status;
 }
 
+ad_status stability_count_at(const scene *rod_scene, double load_factor, const double *values,
+                             int *count, ad_error *error)
+{
+    return count_with(rod_scene, load_factor, 1, values, count, error);
+}
+
 ad_status stability_count(const scene *rod_scene, const double *values, int *count, ad_error *error)
 {
     return stability_count_at(rod_scene, 1, values, count, error);
+}
+
+/* The share that it may lose is between `low` and `high`, if the latter is finite. */
+ad_status stability_margin(const scene *rod_scene, const double *values, double *margin,
+                           ad_error *error)
+{
+    enum { STEPS = 60 };
+    static const double ALL = 1e-6, FINE = 1e-10;
+    double low = -INFINITY, high = 1 - ALL, at = high;
+    *margin = NAN;
+    for (int k = 0; k < STEPS && high - low > FINE * fmax(1, fabs(high)); k++) {
+        int count;
+        const ad_status status = count_with(rod_scene, 1, 1 - at, values, &count, error);
+        if (status != AD_OK || count < 0) {
+            return status;
+        }
+        *(count > 0 ? &high : &low) = at;
+        if (k == 0 && count == 0) {
+            low = high = 1;
+        }
+        at = low > -INFINITY ? (low + high) / 2 : high > 0 ? 0 : 2 * high - 1;
+    }
+    *margin = (low + high) / 2;
+    return AD_OK;
+}
+
+static bool has_no_energy(const law *one)
+{
+    return law_depends_on_shape(one) && !one->has_energy;
+}
+
+const char *stability_without_margin(const scene *rod_scene)
+{
+    const bool follows = rod_has_law_along(rod_scene, has_no_energy) ||
+                         rod_has_law_at_places(rod_scene, has_no_energy);
+    return scene_is_dynamic(rod_scene) || scene_is_beam(rod_scene)
+               ? "has a margin of rods at rest alone"
+           : scene_has_displaced_tendons(rod_scene) || scene_has_rubbing_tendons(rod_scene)
+               ? "has no margin with tendons of given length or with friction"
+           : rod_scene->tube_count > 0 || rod_scene->rod.law
+               ? "has no margin with tubes or with a law of the section"
+           : follows || !is_asked(rod_scene, rod_plane_of(rod_scene).is_planar)
+               ? "has no margin where loads have no energy, as those that follow the rod and, in "
+                 "space, moments"
+               : NULL;
 }
