@@ -129,13 +129,14 @@ ad_status solve_members_jacobian(solve_members *solver, size_t members, const do
 /* The stability margin of equilibria next to this curvature, margin [members], and its derivatives
  * by the parameters, by [members][parameter_count], or NULL. It is the least of the second
  * variation of the energy over what the same change of curvature stores in bending and twist by the
- * section alone, at most 1: the share of these stiffnesses that the rod could lose, all else and
- * the shape as they are, before it gives way. 1 where nothing softens it, as without loads; 0 where
- * it gives way; of a column 1 - P/P_cr. In the plane alone where the family is planar. It means
- * that where the loads have an energy (physics/solve/stability.h). Derivatives are those of its
- * vector, by differences of fourth order along the equilibria: to some 1e-8 where the mesh resolves
- * these and a fold is not within 1e-3 of a range; of two that are least one counts. Not a number
- * where it is not found. AD_NO_MEMORY, AD_NO_BLAS; errors of formulas. */
+ * section alone, at most 1. That is the share of these stiffnesses that the rod could lose, all
+ * else and the shape as they are, before it gives way. 1 where nothing softens it, as without
+ * loads; 0 where it gives way; of a column 1 - P/P_cr. In the plane alone where the family is
+ * planar. It means that where the loads have an energy (physics/solve/stability.h). Derivatives are
+ * those by its vector, by differences of fourth order along the equilibria. They are off by some
+ * 1e-8 where the mesh resolves these and a fold is not within 1e-3 of a range; of two that are
+ * least one counts. Not a number where it is not found. AD_NO_MEMORY, AD_NO_BLAS; errors of
+ * formulas. */
 ad_status solve_members_margin(solve_members *solver, size_t members, const double *parameters,
                                const double *curvature, double *margin, double *by,
                                ad_error *error);

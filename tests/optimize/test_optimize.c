@@ -353,7 +353,7 @@ static optimize_report run(const optimize_settings *settings, double beyond, opt
     assert_int_equal(optimize_create(settings, &family, NULL, result, key, &error), AD_OK);
     made.s = optimize_places(*result, &made.points);
     made.beyond = beyond;
-    const optimize_solver solver = {solve, &made};
+    const optimize_solver solver = {solve, NULL, &made};
     optimize_run(*result, &solver, NULL, NULL, &report, &error);
     assert_string_equal(error.message, "");
     return report;
@@ -525,6 +525,12 @@ static ad_status solve_rod(void *of, size_t members, const double *parameters, d
     return status;
 }
 
+static ad_status margin_of_rod(void *of, size_t members, const double *parameters, double *margin,
+                               double *by, ad_error *error)
+{
+    return cpinn_family_margin(of, members, parameters, margin, by, error);
+}
+
 /* Objectives of a rod that is bent far by a tendon, gravity and its rest shape, by differences of
  * fourth order of equilibria: its solver is off by less than 1e-11 of the length, which over the
  * step is 1e-8, and the step to the fourth times fifth derivatives is less. */
@@ -536,7 +542,8 @@ static void gradients_are_those_of_equilibria(void **state)
                                              "middle.n1 + 0.1*middle.strain",
                                              "mean(1e4*(m1^2 + m2^2))",
                                              "tip.clearance*middle.clearance*10",
-                                             "mean(10*strain)"};
+                                             "mean(10*strain)",
+                                             "stability^2 + tip.x"};
     static const double weight[4] = {1, -8, 8, -1}, way[4] = {-2, -1, 1, 2};
     quantities *names = quantities_create();
     scene family = with_section(names);
@@ -576,7 +583,7 @@ static void gradients_are_those_of_equilibria(void **state)
         cpinn_family_settings where = {.extrapolate = true, .threads = 1};
         where.s = optimize_places(o, &where.points);
         assert_int_equal(cpinn_family_of_scene(&family, 1e-12, &where, &members, &error), AD_OK);
-        const optimize_solver solver = {solve_rod, members};
+        const optimize_solver solver = {solve_rod, margin_of_rod, members};
         double x[COUNT] = {0.7, 0.4, 0.3}, gradient[COUNT];
         o->solver = &solver;
         assert_true(optimize_at(o, x));

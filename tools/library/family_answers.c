@@ -561,6 +561,29 @@ ad_status cpinn_family_answer(cpinn_family *family, const cpinn_polish *polish, 
     return status;
 }
 
+ad_status cpinn_family_margin(cpinn_family *family, size_t members, const double *parameters,
+                              double *margin, double *by, ad_error *error)
+{
+    const size_t count = (size_t)family->count;
+    ad_status status = AD_OK;
+    for (size_t first = 0; first < members && status == AD_OK; first += family->chunk) {
+        const size_t left = members - first, now = left < family->chunk ? left : family->chunk;
+        const double *given = parameters + first * count;
+        if (!family->solver) {
+            put_nothing(now, margin + first);
+            put_nothing(by ? now * count : 0, by ? by + first * count : by);
+            continue;
+        }
+        status = solve_members_curvature(family->solver, now, given, NULL, family->curvature,
+                                         family->solved, error);
+        if (status == AD_OK) {
+            status = solve_members_margin(family->solver, now, given, family->curvature,
+                                          margin + first, by ? by + first * count : NULL, error);
+        }
+    }
+    return status;
+}
+
 ad_status cpinn_family_evaluate(cpinn_family *family, const cpinn_polish *polish, size_t members,
                                 const double *parameters, double *values, cpinn_answer *answers,
                                 ad_error *error)

@@ -65,6 +65,12 @@ void cpinn_family_attach(cpinn_family *family, const cpinn_family_network *netwo
 ad_status cpinn_family_of(const experiment *e, const cpinn_family_settings *settings,
                           cpinn_family **result, ad_error *error);
 
+/* Stability margins of members [members], by the solver, and their derivatives, by
+ * [members][parameters] or NULL: solve_members_margin. Not numbers where there is no stable
+ * equilibrium on that path, or no solver. */
+ad_status cpinn_family_margin(cpinn_family *family, size_t members, const double *parameters,
+                              double *margin, double *by, ad_error *error);
+
 /* As cpinn_family_evaluate, which is without a jacobian, and as cpinn_family_jacobian, whatever the
  * polish: derivatives are of equilibria after two steps. With a jacobian there are answers. */
 ad_status cpinn_family_answer(cpinn_family *family, const cpinn_polish *polish, size_t members,

@@ -194,9 +194,10 @@ void optimize_free(optimization *o)
     for (int i = 0; i < OPTIMIZE_CONSTRAINTS_MAX; i++) {
         response_free(o->constraint[i].of);
     }
-    double *const numbers[] = {o->cases.values, o->s,      o->x,          o->at,        o->gradient,
-                               o->row,          o->by,     o->multiplier, o->given,     o->shapes,
-                               o->jacobians,    o->values, o->partials,   o->objectives};
+    double *const numbers[] = {o->cases.values, o->s,          o->x,         o->at,
+                               o->gradient,     o->row,        o->by,        o->multiplier,
+                               o->given,        o->shapes,     o->jacobians, o->values,
+                               o->partials,     o->objectives, o->margins,   o->by_margins};
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) {
         free(numbers[i]);
     }

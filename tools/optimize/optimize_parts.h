@@ -104,6 +104,7 @@ struct optimization {
     double *multiplier;         /* [m], of the last descent */
     double *given;              /* [scenarios][parameters] */
     double *shapes, *jacobians;
+    double *margins, *by_margins; /* [scenarios], [scenarios][parameters], where a formula has it */
     bool *is_solved;
     double *values, *partials; /* of one response */
     double *objectives;        /* [scenarios], not scaled */

@@ -68,6 +68,8 @@ ad_status optimize_shape(optimization *o, ad_error *error)
                       resize(&o->given, members * P, sizeof *o->given) &&
                       resize(&o->shapes, shape, sizeof *o->shapes) &&
                       resize(&o->jacobians, shape * P, sizeof *o->jacobians) &&
+                      resize(&o->margins, members, sizeof *o->margins) &&
+                      resize(&o->by_margins, members * P, sizeof *o->by_margins) &&
                       resize(&o->is_solved, members, sizeof *o->is_solved) &&
                       resize(&o->objectives, members, sizeof *o->objectives) &&
                       resize(&o->values, most, sizeof *o->values) &&
@@ -129,7 +131,9 @@ static ad_status evaluate(optimization *o, const response *r, size_t scenario)
                                .jacobian = o->jacobians + scenario * shape * P,
                                .parameters = o->given + scenario * P,
                                .columns = o->cases.values +
-                                          o->scenario[scenario].of * (size_t)o->cases.columns};
+                                          o->scenario[scenario].of * (size_t)o->cases.columns,
+                               .margin = o->margins + scenario,
+                               .by_margin = o->by_margins + scenario * P};
     return response_evaluate(r, &at, o->values, o->sloped ? o->partials : NULL, &o->why);
 }
 
@@ -220,6 +224,18 @@ static bool all_finite(size_t count, const double *x)
     return finite;
 }
 
+/* What formulas have beside shapes, where one has it. */
+static ad_status find_margins(optimization *o, bool slopes)
+{
+    bool wanted = response_needs_stability(o->objective);
+    for (int i = 0; i < o->constraints; i++) {
+        wanted = wanted || response_needs_stability(o->constraint[i].of);
+    }
+    return wanted ? o->solver->margin(o->solver->of, o->scenarios, o->given, o->margins,
+                                      slopes ? o->by_margins : NULL, &o->why)
+                  : AD_OK;
+}
+
 static bool find(optimization *o, const double *x, bool slopes)
 {
     if (o->known && (o->sloped || !slopes) && memcmp(o->at, x, o->n * sizeof *x) == 0) {
@@ -234,7 +250,8 @@ static bool find(optimization *o, const double *x, bool slopes)
     }
     o->members += o->scenarios;
     if (o->solver->solve(o->solver->of, o->scenarios, o->given, o->shapes,
-                         slopes ? o->jacobians : NULL, o->is_solved, &o->why) != AD_OK) {
+                         slopes ? o->jacobians : NULL, o->is_solved, &o->why) != AD_OK ||
+        find_margins(o, slopes) != AD_OK) {
         return false;
     }
     o->value = 0;

@@ -4,6 +4,7 @@
 #include "physics/quantity/quantity.h"
 #include "physics/rod/rod_section.h"
 #include "physics/scene/breaks.h"
+#include "physics/solve/stability.h"
 
 #include <ctype.h>
 #include <math.h>
@@ -26,11 +27,12 @@ struct response {
     bool *needs; /* [parameters] */
     ad_pool *pool;
     response *energy;    /* of the rod, that the formula has; NULL: it has none */
+    bool asks_stability; /* it has the margin of that */
     double *s, *weights; /* [points] over the length, and of the mean along the rod */
     double length;
     ad_program *program;             /* value; by the columns of each shape; by the parameters; by
-                                      * the energy */
-    bool is_uniform[SHAPES_MAX + 3]; /* of its outputs: one value for all points */
+                                      * the energy; by the margin */
+    bool is_uniform[SHAPES_MAX + 4]; /* of its outputs: one value for all points */
     double *memory;                  /* what the program reads and writes */
 };
 
@@ -49,7 +51,7 @@ typedef struct recording {
     response *of;
     const response_scope *scope;
     ad_tape *tape;
-    ad_value s, one, parameters, columns, shape[SHAPES_MAX], energy;
+    ad_value s, one, parameters, columns, shape[SHAPES_MAX], energy, stability;
     const scene_breaks *breaks; /* over the length */
     quantities *names;
     int count;
@@ -220,6 +222,10 @@ static bool meaning_of(recording *r, const char *name, ad_value *value)
         *value = r->energy;
         return true;
     }
+    if (strcmp(name, "stability") == 0) {
+        *value = r->stability;
+        return true;
+    }
     if (dot ? place < 0 : r->of->kind == RESPONSE_AT_PLACES) {
         return false;
     }
@@ -255,6 +261,15 @@ static ad_status find_energy(recording *r, ad_error *error)
                          : response_create(density, scope, r->of->points, &r->of->energy, error);
 }
 
+/* The margin comes with shapes, of rods at rest that have one. */
+static ad_status find_stability(recording *r, ad_error *error)
+{
+    const char *const why = r->scope->moves ? "has a margin of rods at rest alone"
+                                            : stability_without_margin(r->scope->family);
+    r->of->asks_stability = true;
+    return why ? ad_fail(error, AD_BAD_INPUT, "stability %s", why) : AD_OK;
+}
+
 static ad_status bind(recording *r, const char *name, ad_error *error)
 {
     for (int i = 0; i < r->count; i++) {
@@ -263,17 +278,15 @@ static ad_status bind(recording *r, const char *name, ad_error *error)
         }
     }
     ad_value value;
-    if (strcmp(name, "stability") == 0) {
-        return ad_fail(error, AD_BAD_INPUT,
-                       "has the stability margin, which has no derivative here; what is found is "
-                       "stable without it");
-    }
     if (!meaning_of(r, name, &value)) {
         return AD_OK; /* a function, a constant, or unknown, which the parser says */
     }
     ad_status status = quantities_coordinate(r->names, name, error);
     if (status == AD_OK && value.id == r->energy.id) {
         status = find_energy(r, error);
+    }
+    if (status == AD_OK && value.id == r->stability.id) {
+        status = find_stability(r, error);
     }
     if (status == AD_OK) {
         char *kept = r->text[r->count];
@@ -316,13 +329,14 @@ static ad_status record(recording *r, const char *text, ad_value *value, ad_erro
 static ad_status compile(recording *r, ad_value value, ad_error *error)
 {
     response *of = r->of;
-    ad_value wanted[SHAPES_MAX + 2], outputs[SHAPES_MAX + 3] = {value};
+    ad_value wanted[SHAPES_MAX + 3], outputs[SHAPES_MAX + 4] = {value};
     int count = 0;
     for (; count < of->shapes; count++) {
         wanted[count] = r->shape[count];
     }
     wanted[count++] = r->parameters;
     wanted[count++] = r->energy;
+    wanted[count++] = r->stability;
     ad_reverse(value, count, wanted, AD_PER_POINT, outputs + 1);
     ad_status status = ad_tape_status(r->tape, error);
     for (int i = 0; status == AD_OK && i <= count; i++) {
@@ -367,13 +381,14 @@ static size_t points_of(const response *r)
     return r->kind == RESPONSE_AT_PLACES ? 1 : r->points;
 }
 
-/* Numbers that the program reads or writes: one and the energy, columns of shapes, the adjoints of
- * these and derivatives of clearances, the value and the adjoints of the parameters and of the
- * energy; beside them the energy with its derivatives, and of a mean what it is of. */
+/* Numbers that the program reads or writes: one, the energy and the margin, columns of shapes, the
+ * adjoints of these and derivatives of clearances, the value and the adjoints of the parameters, of
+ * the energy and of the margin; beside them the energy with its derivatives, and of a mean what it
+ * is of. */
 static size_t numbers_of(const response *r)
 {
     const size_t mean = r->kind == RESPONSE_MEAN ? 1 + r->directions : 0;
-    return points_of(r) * (4 + (2 * r->width + 3) * (size_t)r->shapes + r->parameters + mean) +
+    return points_of(r) * (6 + (2 * r->width + 3) * (size_t)r->shapes + r->parameters + mean) +
            r->directions + r->columns + 2;
 }
 
@@ -498,6 +513,7 @@ ad_status response_create(const char *text, const response_scope *scope, size_t 
         r.s = ad_input(r.tape, "s", 1);
         r.one = ad_input(r.tape, "one", 1);
         r.energy = ad_input(r.tape, "energy", 1);
+        r.stability = ad_input(r.tape, "stability", 1);
         r.parameters = ad_uniform(r.tape, "parameters", scope->parameters);
         r.columns = ad_uniform(r.tape, "columns", scope->columns + 1);
         status = record(&r, inner, &value, error);
@@ -539,7 +555,12 @@ response_kind response_kind_of(const response *r)
 
 bool response_needs_shape(const response *r)
 {
-    return r->shapes > 0 || r->energy;
+    return r->shapes > 0 || r->energy || r->asks_stability;
+}
+
+bool response_needs_stability(const response *r)
+{
+    return r->asks_stability;
 }
 
 bool response_needs_parameter(const response *r, int which)
@@ -583,22 +604,24 @@ ad_status response_evaluate(const response *r, const response_shape *shape, doub
                             double *by, ad_error *error)
 {
     const size_t n = points_of(r), width = r->directions, of_shape = r->clearance;
-    const int energies = 2 + r->shapes; /* where the adjoint of the energy is among the outputs */
-    double *one = r->memory, *energy = one + n, *by_energy = energy + n, *value = by_energy + n,
-           *adjoint = value + n;
+    const int energies = 2 + r->shapes; /* where the adjoint of the energy is among the outputs, */
+    const int margins = energies + 1;   /* and that of the margin */
+    double *one = r->memory, *energy = one + n, *by_energy = energy + n, *margin = by_energy + n,
+           *by_margin = margin + n, *value = by_margin + n, *adjoint = value + n;
     double *columns[SHAPES_MAX], *by_columns[SHAPES_MAX], *by_places[SHAPES_MAX];
     double *given = adjoint + n * r->parameters, *more = given + r->columns + 1;
-    const double *inputs[SHAPES_MAX + 3] = {r->s, one, energy};
-    double *outputs[SHAPES_MAX + 3] = {value};
+    const double *inputs[SHAPES_MAX + 4] = {r->s, one, energy, margin};
+    double *outputs[SHAPES_MAX + 4] = {value};
     for (int i = 0; i < r->shapes; i++, more += (2 * r->width + 3) * n) {
         columns[i] = more;
         by_columns[i] = more + n * r->width;
         by_places[i] = by_columns[i] + n * r->width; /* the clearance [n][3] */
-        inputs[3 + i] = columns[i];
+        inputs[4 + i] = columns[i];
         outputs[1 + i] = by_columns[i];
     }
     outputs[1 + r->shapes] = adjoint;
     outputs[energies] = by_energy;
+    outputs[margins] = by_margin;
     double *stored = more, *by_stored = stored + 1, *rows = values, *slopes = by;
     if (r->kind == RESPONSE_MEAN) {
         rows = by_stored + width;
@@ -612,6 +635,7 @@ ad_status response_evaluate(const response *r, const response_shape *shape, doub
     for (size_t j = 0; j < n; j++) {
         one[j] = 1;
         energy[j] = r->length * *stored;
+        margin[j] = r->asks_stability ? *shape->margin : 0;
         for (int i = 0; i < r->shapes; i++) {
             const double *at = shape->values + point_of(r, shape, i, j) * of_shape;
             for (size_t c = 0; c < of_shape; c++) {
@@ -629,9 +653,11 @@ ad_status response_evaluate(const response *r, const response_shape *shape, doub
     status = ad_execute(r->program, &run, error);
     for (size_t j = 0; j < n && status == AD_OK; j++) {
         const double of_energy = r->length * entry(r, energies, by_energy, 0, j);
+        const double of_margin = entry(r, margins, by_margin, 0, j);
         rows[j] = entry(r, 0, value, 0, j);
         for (size_t p = 0; p < width && by; p++) {
             double sum = of_energy * by_stored[p];
+            sum += p < r->parameters && r->asks_stability ? of_margin * shape->by_margin[p] : 0;
             sum += p < r->parameters ? entry(r, 1 + r->shapes, adjoint, p, j) : 0;
             for (int i = 0; i < r->shapes; i++) {
                 const double *by_shape =

@@ -17,8 +17,9 @@
  * in motion also
  *   vx vy vz       velocity, world, m/s            w1 w2 w3      angular velocity, body, 1/s
  *   speed          sqrt(vx^2 + vy^2 + vz^2)
- * but not n1 .. m3, and of all of the rod its elastic energy, J: its density integrated. What the
- * shape is where something jumps is that before. */
+ * but not n1 .. m3, and of all of the rod its elastic energy, J: its density integrated; at rest
+ * its stability margin, `stability` (physics/chain/solve_members.h). What the shape is where
+ * something jumps is that before. */
 #ifndef TOOLS_OPTIMIZE_RESPONSE_H
 #define TOOLS_OPTIMIZE_RESPONSE_H
 
@@ -59,6 +60,8 @@ typedef struct response_shape {
     const double *jacobian;   /* [points][columns][parameters + more] */
     const double *parameters; /* [parameters] */
     const double *columns;    /* [columns] */
+    const double *margin;     /* [1] and */
+    const double *by_margin;  /* [parameters], of formulas that need stability */
 } response_shape;
 
 typedef struct response response;
@@ -72,6 +75,7 @@ response_kind response_kind_of(const response *r);
 
 /* Whether the formula has the shape, or one of the first parameters other than `which`. */
 bool response_needs_shape(const response *r);
+bool response_needs_stability(const response *r);
 bool response_needs_parameter(const response *r, int which);
 
 /* One value, or of max and min as many as there are points, each with its derivatives by all

@@ -72,6 +72,13 @@ static ad_status solve(void *of, size_t members, const double *parameters, doubl
     return status;
 }
 
+static ad_status find_margin(void *of, size_t members, const double *parameters, double *margin,
+                             double *by, ad_error *error)
+{
+    const asked_members *x = of;
+    return cpinn_family_margin(x->members, members, parameters, margin, by, error);
+}
+
 static ad_status ask(optimizing *x, asked_members *to, ad_error *error)
 {
     const options *o = &x->asked;
@@ -369,7 +376,7 @@ static ad_status look_closer(optimizing *x, ad_error *error)
     x->end.settings = x->way.settings;
     x->end.settings.points = CLOSE_POINTS;
     x->end.settings.tolerance = fmax(CLOSEST, CLOSER * x->way.settings.tolerance);
-    const optimize_solver solver = {solve, &x->end};
+    const optimize_solver solver = {solve, find_margin, &x->end};
     ad_status status = ask(x, &x->end, error);
     if (status == AD_OK) {
         status = optimize_take(x->end.of, x->way.of, error);
@@ -589,7 +596,7 @@ static ad_status run(optimizing *x, ad_error *error)
     if (status == AD_OK && !o->quiet) {
         print_head(x);
     }
-    const optimize_solver solver = {solve, &x->way};
+    const optimize_solver solver = {solve, find_margin, &x->way};
     if (status == AD_OK) {
         status = optimize_run(x->way.of, &solver, print_start, x, &x->report, error);
     }
