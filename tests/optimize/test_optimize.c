@@ -405,6 +405,29 @@ static void cases_have_variables_of_their_own(void **state)
     optimize_free(o);
 }
 
+/* Distances from goals that are reached have a kink there, where slopes are not small: starts that
+ * end alike tell the optimum. */
+static void a_kink_is_an_optimum(void **state)
+{
+    (void)state;
+    optimize_settings settings = optimize_settings_default();
+    settings.minimize = "sqrt((tip.x - goal)^2 + (tip.y - 1)^2) + sqrt((tip.z - goal/2)^2)";
+    settings.each[settings.each_count++] = "a";
+    settings.each[settings.each_count++] = "b";
+    settings.each[settings.each_count++] = "c";
+    settings.cases[0] = "goal=1";
+    settings.cases[1] = "goal=-1";
+    settings.case_count = 2;
+    optimization *o;
+    const optimize_report r = run(&settings, INFINITY, &o);
+    assert_true(r.found);
+    assert_near(optimize_parameter(o, 0, 0), 0.5, 1e-5);
+    assert_near(optimize_parameter(o, 1, 0), -0.5, 1e-5);
+    assert_near(optimize_parameter(o, 1, 1), 0.5, 1e-5);
+    assert_true(r.objective >= 0 && r.objective <= 1e-5);
+    optimize_free(o);
+}
+
 /* The largest of 2 (a s - c)^2 along the rod, for c anywhere in [-1, 1]: at a = 0 it is 2, and
  * nowhere less. The worst of the box are its corners. */
 static void the_worst_of_a_box_counts(void **state)
@@ -618,6 +641,7 @@ int main(void)
         cmocka_unit_test(formulas_are_refused),
         cmocka_unit_test(a_constraint_and_a_range_are_met),
         cmocka_unit_test(cases_have_variables_of_their_own),
+        cmocka_unit_test(a_kink_is_an_optimum),
         cmocka_unit_test(the_worst_of_a_box_counts),
         cmocka_unit_test(the_worst_within_a_box_is_found),
         cmocka_unit_test(what_is_not_there_is_said),

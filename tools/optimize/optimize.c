@@ -207,7 +207,11 @@ static ad_status descend(optimization *o, optimize_start *end, ad_error *error)
     if (status != AD_OK) {
         return status;
     }
-    const bool solved = optimize_look(o, o->x);
+    bool solved = optimize_look(o, o->x);
+    if (solved && !end->converged) { /* bounds of objectives may be below what they bound */
+        lift_tops(o);
+        solved = optimize_look(o, o->x);
+    }
     end->violation = solved ? violation(o) : INFINITY;
     end->objective = solved ? o->value / (o->sign * o->objective_scale) : NAN;
     return AD_OK;
@@ -427,15 +431,15 @@ ad_status optimize_evaluate(optimization *o, const optimize_solver *solver, opti
     return AD_OK;
 }
 
-/* Starts that end at the best optimum. */
+/* Starts that end with the best objective. IPOPT has not converged where that has a kink, as a
+ * distance has at 0, for its slopes are never small: several that end alike tell it as well. */
 static int count_agreeing(const optimization *o, const optimize_report *report)
 {
     const optimize_start *best = &report->start[report->best];
     int count = 0;
     for (int i = 0; i < report->starts; i++) {
         const optimize_start *end = &report->start[i];
-        count +=
-            end->converged && end->violation <= KEPT && is_same(o, end->objective, best->objective);
+        count += end->violation <= KEPT && is_same(o, end->objective, best->objective);
     }
     return count;
 }
@@ -488,8 +492,8 @@ ad_status optimize_run(optimization *o, const optimize_solver *solver, optimize_
         status = meet_box(o, &rng, end, report, error);
     }
     status = status == AD_OK ? optimize_evaluate(o, solver, report, error) : status;
-    report->found =
-        status == AD_OK && report->violation <= KEPT && report->start[report->best].converged;
+    report->found = status == AD_OK && report->violation <= KEPT &&
+                    (report->start[report->best].converged || report->agreeing >= ENOUGH);
     report->left = SAME / o->objective_scale;
     report->members = o->members;
     report->seconds = train_seconds() - begin;

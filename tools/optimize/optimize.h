@@ -61,7 +61,8 @@ typedef struct optimize_bound {
 } optimize_bound;
 
 typedef struct optimize_report {
-    bool found; /* there is a best start that meets all constraints */
+    bool found; /* there is a best start that meets all constraints: IPOPT has converged, or several
+                 * agree */
     int starts, agreeing, best;
     optimize_start start[OPTIMIZE_STARTS_MAX];
     size_t cases, members; /* cases with those of the box; members solved on the way */

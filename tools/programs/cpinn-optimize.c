@@ -367,8 +367,12 @@ static void judge(optimizing *x)
     }
     verdict_add(&x->verdict, VERDICT_LOCAL_OPTIMUM,
                 "%d of %d starts end at this optimum, none at a better one; whether there is one "
-                "elsewhere is not known",
-                r->agreeing, r->starts);
+                "elsewhere is not known%s",
+                r->agreeing, r->starts,
+                r->start[r->best].converged
+                    ? ""
+                    : "; it is taken for one as they agree: the objective has a kink there, as a "
+                      "distance has at 0 and its square has not");
 }
 
 static ad_status look_closer(optimizing *x, ad_error *error)
