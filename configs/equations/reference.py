@@ -269,7 +269,7 @@ def write(file, scene, head, columns):
             out.write(f"# {line}\n")
         out.write(",".join(names) + "\n")
         for row in zip(*columns):
-            out.write(",".join(f"{value:.12g}" for value in row) + "\n")
+            out.write(",".join(f"{value:.12g}" for value in row[:-1]) + f",{row[-1]:.16g}\n")
 
 
 def relative(a, b):
