@@ -95,6 +95,25 @@ awk -F, 'function abs(x) { return x < 0 ? -x : x }
     END { printf "%d %g %d\n", NR, worst, worst < 1e-12 }' tips.csv >arc.txt
 said arc.txt '^2001 .* 1$'
 
+# A straight column loses its stability margin by its load, 1 - P/P_cr with pi^2/4 of EI/L^2; loads that follow
+# the rod have none.
+cat >column.yaml <<'Y'
+parameters: {push: {range: [0, 2]}}
+rod: {model: kirchhoff, length: 1, stiffness: {bending: [1, 1], torsion: 1}}
+loads: {tip: {force: [0, 0, -push]}}
+Y
+run 0 cpinn-show column.yaml --workspace column.csv --out column.html
+said column.html '"least stability"'
+awk -F, 'NR == 1 { for (k = 1; k <= NF; k++) at[$k] = k }
+    NR > 1 { off = $(at["stability"]) - 1 + $1 / 2.4674011002723395; off = off < 0 ? -off : off
+        if (off > worst) worst = off }
+    END { printf "%d %g %d\n", NR, worst, worst < 1e-8 }' column.csv >column.txt
+said column.txt '^2001 .* 1$'
+sed 's/-push]/-push], frame: follower/' column.yaml >follower.yaml
+run 0 cpinn-show follower.yaml --workspace follower.csv --out follower.html
+said follower.html 'not trusted; stability has no margin where loads have no energy'
+check no column of it -- sh -c '! grep -q stability follower.csv'
+
 # That of a network is the solver's: 1e-6 is what exported derivatives are tested to.
 run 0 cpinn-show family --workspace network.csv --out network.png
 run 0 cpinn-show "$ROOT/configs/robots/bensch_2024.yaml" --workspace solver.csv --out solver.svg

@@ -36,9 +36,9 @@ ad_status stability_points(const scene *rod_scene, double *s, ad_error *error);
 ad_status stability_count(const scene *rod_scene, const double *values, int *count,
                           ad_error *error);
 
-/* How far it is from giving way: the share of the sections' stiffness against bending and twist that
- * the rod could lose, all else and the shape as they are, to 1e-10: as solve_members_margin, which
- * has it from another matrix. NaN where no count is known. */
+/* How far it is from giving way: the share of the sections' stiffness against bending and twist
+ * that the rod could lose, all else and the shape as they are, to 1e-10: as solve_members_margin,
+ * which has it from another matrix. NaN where no count is known. */
 ad_status stability_margin(const scene *rod_scene, const double *values, double *margin,
                            ad_error *error);
 

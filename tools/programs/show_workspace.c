@@ -9,10 +9,13 @@
  *
  *   dexterity      sd, m: how far the tip goes in its worst direction for |dz| = 1
  *   conditioning   sd/s1, the local conditioning index (Gosselin and Angeles, J. Mech. Des. 113,
- *                  1991): 1 where all directions are alike, 0 where one of them is lost. */
+ *                  1991): 1 where all directions are alike, 0 where one of them is lost.
+ *
+ * Stability is the margin of physics/chain/solve_members.h. */
 #include "tools/programs/show_source.h"
 
 #include "autodiff/dense.h"
+#include "physics/solve/stability.h"
 #include "tools/library/trained_family.h"
 
 #include <math.h>
@@ -24,7 +27,7 @@ enum { MEMBERS = 2000, BATCH = 50, U = 10 };
 #define LEAST_DIRECTION 1e-2
 
 /* Columns after those of parameters. */
-enum { X, Y, Z, DEXTERITY, CONDITIONING, CURVATURE, ERROR, TRUSTED, NUMBERS };
+enum { X, Y, Z, DEXTERITY, CONDITIONING, CURVATURE, STABILITY, ERROR, TRUSTED, NUMBERS };
 
 static const struct {
     const char *name, *unit;
@@ -34,6 +37,7 @@ static const struct {
                   [DEXTERITY] = {"dexterity", "m"},
                   [CONDITIONING] = {"conditioning", ""},
                   [CURVATURE] = {"curvature", "1/m"},
+                  [STABILITY] = {"stability", ""},
                   [ERROR] = {"error", "m"},
                   [TRUSTED] = {"trusted", ""}};
 
@@ -47,6 +51,7 @@ typedef struct workspace {
     int reasons[CPINN_REASON_COUNT];  /* of members that are not trusted */
     size_t trusted;
     int directions;
+    const char *without_margin; /* why there is no stability margin; NULL: there is one */
 } workspace;
 
 static double *own_column(const workspace *w, int which)
@@ -82,6 +87,9 @@ static ad_status prepare(workspace *w, ad_error *error)
         w->moves[k] = w->moves[k] || !any;
     }
     show_spread(w->of, MEMBERS, w->parameters);
+    for (size_t i = 0; i < MEMBERS; i++) {
+        own_column(w, STABILITY)[i] = NAN; /* unless it is found */
+    }
     for (size_t i = 0; i < MEMBERS * count; i++) {
         w->numbers[i % count * MEMBERS + i / count] = w->parameters[i];
     }
@@ -161,6 +169,11 @@ static void judge(workspace *w)
     }
 }
 
+static bool is_known(const workspace *w, int which)
+{
+    return which != STABILITY || !w->without_margin;
+}
+
 /* ---- what becomes of it -------------------------------------------------------------------- */
 
 static ad_status write_table(const workspace *w, const char *path, ad_error *error)
@@ -171,7 +184,9 @@ static ad_status write_table(const workspace *w, const char *path, ad_error *err
         table_add(&to, w->of->parameters[k].name, "", w->numbers + (size_t)k * MEMBERS, NULL);
     }
     for (int k = 0; k < NUMBERS; k++) {
-        table_add(&to, own[k].name, own[k].unit, own_column(w, k), NULL);
+        if (is_known(w, k)) {
+            table_add(&to, own[k].name, own[k].unit, own_column(w, k), NULL);
+        }
     }
     table_add(&to, "source", "", own_column(w, ERROR), w->source);
     table_add(&to, "reason", "", own_column(w, ERROR), w->reason);
@@ -219,7 +234,7 @@ static void put_table(json *to, const workspace *w)
         json_text(to, NULL, w->of->parameters[k].name);
     }
     json_close(to, ']');
-    for (int k = X; k <= CURVATURE; k++) {
+    for (int k = X; k <= STABILITY; k++) {
         put_extremes(to, w, k, false);
         put_extremes(to, w, k, true);
     }
@@ -269,6 +284,9 @@ static void put_words(json *to, const workspace *w)
                              cpinn_reason_text((cpinn_reason)k));
         }
     }
+    if (w->without_margin && used < (int)sizeof text) {
+        snprintf(text + used, sizeof text - (size_t)used, "; stability %s", w->without_margin);
+    }
     json_text(to, "says", text);
     json_integer(to, "directions", w->directions);
     json_open(to, "moves", '[');
@@ -291,6 +309,9 @@ static ad_status put_tips(json *to, const workspace *w, ad_error *error)
     json_open(to, "columns", '[');
     for (int k = X; k <= ERROR; k++) {
         size_t count = 0;
+        if (!is_known(w, k)) {
+            continue;
+        }
         for (size_t i = 0; i < MEMBERS; i++) {
             few[count] = own_column(w, k)[i];
             count += own_column(w, TRUSTED)[i] != 0;
@@ -304,8 +325,8 @@ static ad_status put_tips(json *to, const workspace *w, ad_error *error)
 }
 
 /* Members a batch at a time. */
-static ad_status ask(workspace *w, const answer *found, size_t points, const double *s,
-                     ad_error *error)
+static ad_status ask(workspace *w, cpinn_family *family, const answer *found, size_t points,
+                     const double *s, ad_error *error)
 {
     const size_t count = (size_t)w->of->parameter_count;
     samples p = {.count = 0};
@@ -318,6 +339,10 @@ static ad_status ask(workspace *w, const answer *found, size_t points, const dou
     for (size_t first = 0; first < MEMBERS && status == AD_OK; first += BATCH) {
         p.parameters = w->parameters + first * count;
         status = samples_ask(&p, found, error);
+        if (status == AD_OK && !w->without_margin) {
+            status = cpinn_family_margin(family, BATCH, p.parameters,
+                                         own_column(w, STABILITY) + first, NULL, error);
+        }
         for (size_t i = 0; i < BATCH && status == AD_OK; i++) {
             take(w, first + i, &p, i);
         }
@@ -332,13 +357,13 @@ ad_status show_workspace(showing *showing, cpinn_family *family, size_t points, 
 {
     const cpinn_polish two_steps = {.steps = 2};
     const answer found = answer_of_family(family, &two_steps);
-    workspace w = {.of = found.scene};
+    workspace w = {.of = found.scene, .without_margin = stability_without_margin(found.scene)};
     if (*cpinn_family_without_error(family) ||
         (show_is_plot(showing->out) && !showing->workspace)) {
         return AD_OK;
     }
     ad_status status = prepare(&w, error);
-    status = status == AD_OK ? ask(&w, &found, points, s, error) : status;
+    status = status == AD_OK ? ask(&w, family, &found, points, s, error) : status;
     if (status == AD_OK) {
         judge(&w);
         status = show_is_plot(showing->out) ? keep_tips(&w, showing, error)
