@@ -85,4 +85,10 @@ size_t response_rows(const response *r);
 ad_status response_evaluate(const response *r, const response_shape *shape, double *values,
                             double *by, ad_error *error);
 
+/* weights [points] of the mean over 0 to 1 of what is known at points s, ascending, with so many
+ * places `at` between them where it jumps: what is at such a place is that before. A piece without
+ * a point has the value of the nearest. They are added to; kept [points] is room. */
+void response_weights(size_t points, const double *s, int breaks, const double *at, size_t *kept,
+                      double *weights);
+
 #endif
