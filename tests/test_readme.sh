@@ -8,7 +8,7 @@ set -u
 PATH=$BIN/bench:$PATH
 ln -s "$ROOT/configs" "$ROOT/tests" .
 mapfile -t pages < <(cd "$ROOT" && ls README.md autodiff/README.md configs/{,cases/,tutorial/}README.md \
-    configs/tutorial/{equations,python}.md tools/{bench,python}/README.md CHANGELOG.md CONTRIBUTING.md \
+    configs/tutorial/{equations,fit,python}.md tools/{bench,python}/README.md CHANGELOG.md CONTRIBUTING.md \
     tools/site/pages/*.md)
 
 # ---- README.md --------------------------------------------------------------------------------

@@ -1,7 +1,7 @@
 #!/bin/bash
 # The commands and programs of a page of the tutorial run in the order in which they stand there, and
 # leave what it says.
-#   test_tutorial.sh BIN ROOT robot|equations|python
+#   test_tutorial.sh BIN ROOT robot|equations|fit|python
 set -u
 . "$(dirname "$0")/programs.sh"
 mkdir home
@@ -47,6 +47,19 @@ equations() {
     said stdout.txt 'residuals are still large .*take hidden layers and ssbroyden in place of waves'
     run 1 ./wire train # over the run that is there
     said stderr.txt 'wire_run: there is a run already'
+}
+
+# Three forms of the same equation have the same solution.
+fit() {
+    local page=configs/tutorial/fit.md
+    run_page $page 10
+    leaves $page u.csv u.svg u.h5 all.csv burgers.py burgers.c
+    . ./page.env
+    run 0 ./burgers
+    sed 's/.* = //' stdout.txt >in_c.txt
+    run 0 python3 burgers.py
+    sed 's/].*//' stdout.txt | paste -d ' ' in_c.txt - >both.txt
+    check C and Python have the same solution -- awk '{ off = $1 - $NF; exit !($1 < -0.1 && off ^ 2 < 1e-12) }' both.txt
 }
 
 python() {
