@@ -24,6 +24,9 @@ losses: {interior: {points: 16}, held_out_points: 8}
 training: {stages: [{optimizer: adam, steps: 2}]}
 reference: {analytic: elastica}
 END
+cat >fit.yaml <<'END'
+equations: {coordinates: {x: {range: [0, 1]}}, fields: [u], inside: [u_x + u], conditions: [{at: {x: 0}, u: 1}]}
+END
 awk 'BEGIN { print "u1,m1"; for (i = 1; i <= 12; i++) printf "%g,%g\n", i / 100, i + i^3 / 40 }' >law.csv
 arm=$ROOT/configs/robots/soft_arm_control.yaml
 loop="$arm --set control.model=reduced --set control.plant.modes=[1,1,1,1] --set control.duration=1.1
@@ -38,6 +41,7 @@ programs=('cpinn-train scene.yaml --out new --threads 1'
     'cpinn-check scene.yaml --threads 1' 'cpinn-export whole --c new'
     'cpinn-cases scene.yaml --out new --seconds 0.1 --threads 1' 'cpinn-show whole --out new.html'
     'cpinn-bench scene.yaml --out new --methods w=adam:4 --networks 1x4 --seeds 1 --threads 1 --quiet'
+    'cpinn-fit fit.yaml --out new.csv --save new.h5 --picture new.svg --threads 1'
     'cpinn-law law.csv --out new.csv --steps 2 --starts 1 --units 2' "cpinn-control $loop --json new.json"
     "cpinn-residual $arm --measured loop.csv --steps 1 --units 2 --out new.csv")
 
