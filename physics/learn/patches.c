@@ -10,7 +10,7 @@
 enum {
     ATTEMPTS = 5,
     ROUNDS = 24, /* of refinement in a window */
-    FUNCTIONS_MAX = 600,
+    FUNCTIONS_MAX = 400,
     STEPS = 40,
     CELLS_MAX = 2048,
     RICHER = 2 /* degrees of the basis that judges */
@@ -143,7 +143,7 @@ static bool begin_edges(run *r)
     int coordinates = p->dims - (p->marches ? 1 : 0);
     for (int d = 0; d < p->dims; d++) {
         const domain_coordinate *c = &p->model->domain.coordinates[d];
-        r->cells[d] = p->marches && d == time_of(r) ? 1 : coordinates == 1 ? 4 : 2;
+        r->cells[d] = p->marches && d == time_of(r) ? 1 : coordinates == 1 ? 4 : 1;
         if (!even_edges(&r->edges[d], r->cells[d], c->low, c->high)) {
             return false;
         }
@@ -506,8 +506,10 @@ static ad_status judge(run *r, const window_plan *plan, const patch_grid *found,
             r->errors[f] += part * off * off;
         }
     }
-    memcpy(p->unknown, unknown, sizeof unknown);
-    memcpy(p->deviation, deviation, sizeof deviation);
+    for (int i = 0; i < p->unknowns; i++) { /* the richer basis finds another one, too */
+        p->deviation[i] = hypot(deviation[i], p->unknown[i] - unknown[i]);
+        p->unknown[i] = unknown[i];
+    }
     patch_grid_clear(&same);
     return status == AD_OK ? vary_unknowns(r, plan, found, error) : status;
 }
@@ -668,7 +670,7 @@ static void summarize(run *r, patches_end end)
     patches_summary *s = &p->summary;
     s->end = end;
     s->by_unknowns = relative(r, r->varied);
-    s->estimate = hypot(estimate_of(r), s->by_unknowns);
+    s->estimate = p->count > 0 ? hypot(estimate_of(r), s->by_unknowns) : INFINITY;
     s->windows = p->count;
     s->parameters = 0;
     s->most_patches = 0;
@@ -970,7 +972,7 @@ ad_status patches_read(const physics_model *m, size_t count, const double *numbe
         patch_grid found = {.dims = 0}, richer = {.dims = 0};
         sound = take_grid(m, &from, end, &found, &has_memory) && has_memory &&
                 take_grid(m, &from, end, &richer, &has_memory);
-        has_memory = has_memory && sound && keep_window(p, &found, &richer);
+        has_memory = has_memory && (!sound || keep_window(p, &found, &richer));
         patch_grid_clear(&found);
         patch_grid_clear(&richer);
     }

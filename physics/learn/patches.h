@@ -3,17 +3,17 @@
  * The domain is divided into boxes. In each a network without hidden layers, whose functions are
  * products of Legendre polynomials of the coordinates in the box, stands for every field. So one is
  * smooth in every patch, and a front is followed by small patches. The tape differentiates the
- * residuals of the model by all derivatives of the fields. Gauss-Newton steps make their squares
- * least. Further rows are the conditions, and what joins patches: values, and slopes below the
- * order of the equation. Time is marched in windows unless something is known of its end or of
- * numbers that all times have in common. Local networks of random functions: Dong & Li, Comput.
+ * residuals of the model by all derivatives of the fields, and Gauss-Newton steps make their
+ * squares least. Conditions, and what joins patches (values, and slopes below the order of the
+ * equation), are further rows. Time is marched in windows unless something is known of its end or
+ * of numbers that all times have in common. Local networks of random functions: Dong & Li, Comput.
  * Methods Appl. Mech. Eng. 387 (2021); least squares with spectral elements: Proot & Gerritsma, J.
  * Sci. Comput. 17 (2002).
  *
  * A patch is halved along a coordinate where the last coefficients along it are too large, and
- * windows become longer and shorter for the same reason. The error is estimated by another basis of
- * two degrees more: the step that Gauss-Newton would take there from the solution that was found.
- * It goes on from window to window with what it has added up to. So it is what defects of the
+ * windows become longer and shorter for the same reason. The error is estimated by another basis,
+ * of two degrees more: by the step that Gauss-Newton would take there from the solution that was
+ * found. That goes from window to window with what it has added up to. So it is what defects of the
  * equations do to the solution through the linearised equations. */
 #ifndef PHYSICS_LEARN_PATCHES_H
 #define PHYSICS_LEARN_PATCHES_H
@@ -30,7 +30,8 @@ enum { PATCHES_COORDINATES_MAX = 4 };
 #define PATCHES_END_LIST(X)                                                                        \
     X(PATCHES_CONVERGED, "converged", "The estimated error is within the tolerance.")              \
     X(PATCHES_INACCURATE, "inaccurate",                                                            \
-      "The estimated error is above the tolerance, and finer patches did not lower it enough.")    \
+      "The estimated error is above the tolerance, and finer patches did not lower it enough; or " \
+      "conditions do not determine the fields.")                                                   \
     X(PATCHES_TIME_OVER, "time over", "The time was over before the tolerance was reached.")       \
     X(PATCHES_DIVERGED, "diverged",                                                                \
       "Gauss-Newton steps found no solution, in the smallest window of time either.")              \
@@ -82,10 +83,10 @@ typedef struct patches_summary {
 } patches_summary;
 
 /* The model must outlive the result. AD_BAD_ARGUMENT: a model without equations inside, with more
- * than four coordinates, an ansatz of its own, derivatives beyond the sixth order, points on
- * something else than faces. AD_BAD_INPUT: conditions that do not determine the fields.
- * AD_NOT_FINITE: residuals that are not finite at the start; AD_NO_MEMORY. A fit that has not
- * reached its tolerance is AD_OK: the summary says so. */
+ * than four coordinates, or with derivatives beyond the sixth order; points on something else than
+ * faces. AD_BAD_INPUT: conditions that do not determine the fields. AD_NOT_FINITE: residuals that
+ * are not finite at the start. AD_NO_MEMORY. A fit that has not reached its tolerance is AD_OK: the
+ * summary says so. */
 ad_status patches_fit(const physics_model *m, const patches_settings *settings, patches **result,
                       ad_error *error);
 void patches_free(patches *p); /* NULL is fine */
@@ -93,9 +94,8 @@ void patches_free(patches *p); /* NULL is fine */
 patches_summary patches_summarize(const patches *p);
 
 /* The derivative of orders [coordinates] of a row of all fields, as the columns of the model count
- * them, at places x [coordinates][count] in SI units: values [count], in SI units of coordinates.
- * They are NaN outside of the domain and beyond the time that was reached. errors [count], or NULL:
- * their estimated errors. */
+ * them, at places x [coordinates][count]. All are in SI units. values [count]: NaN outside of the
+ * domain and beyond the time that was reached. errors [count], or NULL: their estimated errors. */
 void patches_evaluate(const patches *p, int row, const int *orders, size_t count,
                       const double *const *x, double *values, double *errors);
 

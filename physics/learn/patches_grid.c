@@ -171,10 +171,10 @@ bool patch_table_at(patch_table *table, const patch_grid *grid, const patch_jets
     return true;
 }
 
-/* Half again as many points as functions along each coordinate. */
+/* A quarter more points than functions along each coordinate. */
 static int points_along(const patch_grid *grid, int coordinate)
 {
-    return (3 * (grid->degree[coordinate] + 1) + 1) / 2;
+    return (5 * (grid->degree[coordinate] + 1) + 3) / 4;
 }
 
 bool patch_table_create(patch_table *table, const patch_grid *grid, const patch_jets *jets,

@@ -5,8 +5,9 @@
 #include <string.h>
 
 /* Conditions and joints weigh more than equations, which are to be least beside them; data weigh
- * less, which are to be as near as the equations let them. */
-static const double CONDITION = 10, DATA = 0.01;
+ * far less: they are to be as near as the equations let them, whose residuals are not to follow
+ * their scatter. */
+static const double CONDITION = 10, DATA = 1e-5;
 
 /* ---- where a law counts ---------------------------------------------------------------------- */
 

@@ -437,6 +437,62 @@ static double search(front *f, double before, bool is_small, double *after, ad_e
     return 0;
 }
 
+/* With the unknowns held, the fields follow the equations again. */
+static ad_status follow(front *f, double enough, ad_error *error)
+{
+    enum { FOLLOWING = 6 };
+    patch_problem *p = f->w->p;
+    double moved = INFINITY;
+    ad_status status = AD_OK;
+    p->held = true;
+    pin_patches(f); /* without columns of unknowns */
+    for (int i = 0; i < FOLLOWING && status == AD_OK && moved > enough; i++) {
+        status = take_step(f, &moved, error);
+        if (status == AD_OK) {
+            go(f, 1);
+            status = patch_window_evaluate(f->w, error);
+        }
+    }
+    p->held = false;
+    pin_patches(f);
+    return status;
+}
+
+/* Data weigh next to nothing beside equations, so that the sum of squares says nothing of a step of
+ * the unknowns. It is gone as far as the fields, once they follow, are nearer to the data (variable
+ * projection: Golub & Pereyra, SIAM J. Numer. Anal. 10, 1973). */
+static double search_unknowns(front *f, double *misfit, double enough, ad_error *error)
+{
+    enum { HALVINGS = 10 };
+    patch_problem *p = f->w->p;
+    const size_t fields = (size_t)f->w->grid->patches * f->size, all = fields + (size_t)p->unknowns;
+    double *from = malloc(2 * all * sizeof *from), *step = from + all, part = 1;
+    bool found = false;
+    if (!from) {
+        return 0;
+    }
+    memcpy(from, f->w->grid->c, fields * sizeof *from);
+    memcpy(from + fields, p->unknown, (size_t)p->unknowns * sizeof *from);
+    memcpy(step, f->step, all * sizeof *step);
+    for (int i = 0; i <= HALVINGS && !found; i++, part /= 2) {
+        memcpy(f->w->grid->c, from, fields * sizeof *from);
+        memcpy(p->unknown, from + fields, (size_t)p->unknowns * sizeof *from);
+        memcpy(f->step, step, all * sizeof *step);
+        go(f, part);
+        if (patch_window_evaluate(f->w, error) == AD_OK && follow(f, enough, error) == AD_OK) {
+            const double after = patch_window_sum(f->w).data;
+            found = after <= *misfit * (1 + 1e-9);
+            *misfit = found ? after : *misfit;
+        }
+    }
+    if (!found) {
+        memcpy(f->w->grid->c, from, fields * sizeof *from);
+        memcpy(p->unknown, from + fields, (size_t)p->unknowns * sizeof *from);
+    }
+    free(from);
+    return found ? 2 * part : 0;
+}
+
 ad_status patch_solve(patch_problem *p, patch_grid *grid, patch_phase phase,
                       const patch_grid *before, int steps, double enough, patch_outcome *outcome,
                       ad_error *error)
@@ -458,7 +514,7 @@ ad_status patch_solve(patch_problem *p, patch_grid *grid, patch_phase phase,
     if (status == AD_OK && !isfinite(sum)) {
         status = ad_fail(error, AD_NOT_FINITE, "residuals are not finite");
     }
-    double before_it = INFINITY;
+    double before_it = INFINITY, misfit = status == AD_OK ? patch_window_sum(&w).data : 0;
     while (status == AD_OK && outcome->steps < steps && outcome->left > enough) {
         double after = sum, moved = INFINITY;
         status = take_step(&f, &moved, error);
@@ -466,7 +522,16 @@ ad_status patch_solve(patch_problem *p, patch_grid *grid, patch_phase phase,
             break;
         }
         outcome->steps++;
-        const double part = search(&f, sum, moved < 1e-6 || steps == 1, &after, error);
+        double part;
+        if (patch_unknowns(p) > 0) {
+            part = search_unknowns(&f, &misfit, enough, error);
+            if (part == 0 && moved < 1e-3) { /* no nearer: the data are met as well as may be */
+                outcome->left = 0;
+                break;
+            }
+        } else {
+            part = search(&f, sum, moved < 1e-6 || steps == 1, &after, error);
+        }
         if (part == 0) {
             status = ad_fail(error, AD_NOT_FINITE, "steps no longer lower the residuals");
         }
