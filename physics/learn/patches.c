@@ -368,10 +368,8 @@ static ad_status start_from(run *r, const window_plan *plan, const patch_grid *g
     if (guess->dims > 0) {
         patch_grid_project(guess, &coarse);
     }
-    p->held = true;
     const ad_status status =
         patch_solve(p, &coarse, plan->phase, plan->before, STEPS, 1e-2, &outcome, &ignored);
-    p->held = false;
     r->steps += outcome.steps;
     if (status == AD_OK) {
         memset(found->c, 0, (size_t)found->patches * patch_grid_size(found) * sizeof *found->c);
@@ -390,6 +388,7 @@ static ad_status solve_window(run *r, const window_plan *plan, const patch_grid 
     patch_grid last = {.dims = 0};
     ad_status status = AD_OK;
     const double enough = fmax(1e-14, 0.02 * r->local);
+    bool identifies = false; /* when patches resolve the fields of the guess */
     *factor = 1;
     for (int round = 0; round < ROUNDS && status == AD_OK; round++) {
         patch_outcome outcome;
@@ -407,8 +406,9 @@ static ad_status solve_window(run *r, const window_plan *plan, const patch_grid 
             status = start_from(r, plan, guess, found, error);
         }
         if (status == AD_OK) {
-            status =
-                patch_solve(p, found, plan->phase, plan->before, STEPS, enough, &outcome, error);
+            status = identifies ? patch_identify(p, found, STEPS, enough, &outcome, error)
+                                : patch_solve(p, found, plan->phase, plan->before, STEPS, enough,
+                                              &outcome, error);
         }
         if (status != AD_OK) {
             break;
@@ -423,9 +423,10 @@ static ad_status solve_window(run *r, const window_plan *plan, const patch_grid 
         for (int d = 0; d < p->dims; d++) {
             halved += p->marches && d == time_of(r) ? 0 : refine(r, found, d, false);
         }
-        if ((halved == 0 && !changed) || time_over(r)) {
+        if ((halved == 0 && !changed && identifies == (p->unknowns > 0)) || time_over(r)) {
             break;
         }
+        identifies = p->unknowns > 0 && (identifies || halved == 0);
         patch_grid_clear(&last);
         last = *found;
         *found = (patch_grid){.dims = 0};
@@ -450,9 +451,7 @@ static ad_status vary_unknowns(run *r, const window_plan *plan, const patch_grid
         }
         patch_grid_embed(found, &varied);
         p->unknown[i] += p->deviation[i];
-        p->held = true;
         status = patch_solve(p, &varied, plan->phase, plan->before, 1, 0, &outcome, error);
-        p->held = false;
         p->unknown[i] = value;
         for (int k = 0; k < found->patches && status == AD_OK; k++) {
             for (size_t j = 0; j < patch_grid_size(found); j++) {
@@ -490,7 +489,9 @@ static ad_status judge(run *r, const window_plan *plan, const patch_grid *found,
     patch_grid_embed(found, richer);
     patch_grid_embed(found, &same);
     ad_status status =
-        patch_solve(p, richer, plan->phase, plan->richer_before, 1, 0, &outcome, error);
+        p->unknowns > 0
+            ? patch_identify(p, richer, STEPS, fmax(1e-14, 0.02 * r->local), &outcome, error)
+            : patch_solve(p, richer, plan->phase, plan->richer_before, 1, 0, &outcome, error);
     for (int k = 0; k < found->patches && status == AD_OK; k++) {
         const double part = patch_volume(found, k);
         r->volume += part;
@@ -825,7 +826,7 @@ ad_status patches_fit(const physics_model *m, const patches_settings *settings, 
         p->dims = m->domain.count;
         p->outputs = m->outputs;
         p->unknowns = m->own_unknown_count;
-        p->linear = p->unknowns == 0;
+        p->linear = true;
         for (int f = 0; f < PATCH_OUTPUTS; f++) {
             p->scale[f] = 1;
         }

@@ -117,18 +117,12 @@ typedef struct patch_problem {
     int dims, outputs, law_count, unknowns;
     bool marches; /* window by window */
     bool linear;
-    bool held; /* unknowns stay as they are, and data do not count */
     patch_law laws[MODEL_SETS_MAX];
     int order[PATCH_OUTPUTS][PATCH_DIMS]; /* the highest inside, of an output along a coordinate */
     double scale[PATCH_OUTPUTS];          /* the size of the outputs */
     double unknown[MODEL_UNKNOWNS_MAX];
     double deviation[MODEL_UNKNOWNS_MAX];
 } patch_problem;
-
-static inline size_t patch_unknowns(const patch_problem *p)
-{
-    return p->held ? 0 : (size_t)p->unknowns;
-}
 
 /* Which laws count: those of the start of time alone, or all. */
 typedef enum patch_phase { PATCH_START, PATCH_FIRST, PATCH_LATER } patch_phase;
@@ -146,5 +140,11 @@ typedef struct patch_outcome {
 ad_status patch_solve(patch_problem *p, patch_grid *grid, patch_phase phase,
                       const patch_grid *before, int steps, double enough, patch_outcome *outcome,
                       ad_error *error);
+
+/* The same, and the unknowns as the data have them: those whose fields, which follow the equations,
+ * are nearest to the data (variable projection: Golub & Pereyra, SIAM J. Numer. Anal. 10, 1973).
+ * Writes unknowns and deviations. */
+ad_status patch_identify(patch_problem *p, patch_grid *grid, int steps, double enough,
+                         patch_outcome *outcome, ad_error *error);
 
 #endif

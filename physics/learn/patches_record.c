@@ -160,7 +160,7 @@ static ad_status record_entries(recording *r, patch_law *law, int row, ad_error 
                                                          .output = of_jet ? i / jets : -1,
                                                          .jet = of_jet ? i % jets : i - all,
                                                          .same = is_same(by[i])};
-        for (int k = 0; k < wrt_count && law->linear; k++) {
+        for (int k = 0; k < all && law->linear; k++) { /* in the fields */
             law->linear = !ad_uses(1, &by[i], wrt[k]);
         }
         if (of_jet) {

@@ -4,19 +4,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Conditions and joints weigh more than equations, which are to be least beside them; data weigh
- * far less: they are to be as near as the equations let them, whose residuals are not to follow
- * their scatter. */
-static const double CONDITION = 10, DATA = 1e-5;
+/* Conditions and joints weigh more than equations, which are to be least beside them; data that
+ * nothing unknown is found by weigh less. */
+static const double CONDITION = 10, DATA = 0.1;
 
 /* ---- where a law counts ---------------------------------------------------------------------- */
 
 static bool counts(const patch_window *w, const patch_law *law)
 {
     const int time = w->p->model->domain.time;
-    if (w->p->held && law->set->points == MODEL_GIVEN) {
-        return false;
-    }
     const bool starts = w->p->marches && law->set->holds[time < 0 ? 0 : time];
     return w->phase == PATCH_START ? starts : w->phase == PATCH_FIRST || !starts;
 }
@@ -529,7 +525,7 @@ size_t patch_own_count(const patch_window *w, int patch)
     for (int i = 0; i < w->law_count; i++) {
         const patch_rows *rows = &w->laws[i];
         const int k = find_patch(rows, patch);
-        if (k >= 0) {
+        if (k >= 0 && !patch_rows_judge(w, rows)) {
             count += (size_t)rows->law->rows * (rows->first[k + 1] - rows->first[k]);
         }
     }
@@ -554,9 +550,6 @@ static size_t law_rows(const patch_window *w, const patch_rows *rows, int k,
             const patch_entry *e = &law->entries[i];
             const double *by = rows->outputs[law->rows + i] + from;
             if (e->row != row) {
-                continue;
-            }
-            if (e->output < 0 && w->p->held) {
                 continue;
             }
             if (e->output < 0) {
@@ -642,7 +635,7 @@ void patch_own_rows(const patch_window *w, int patch, const patch_block *block)
     size_t row = block->row;
     for (int i = 0; i < w->law_count; i++) {
         const int k = find_patch(&w->laws[i], patch);
-        if (k >= 0) {
+        if (k >= 0 && !patch_rows_judge(w, &w->laws[i])) {
             row = law_rows(w, &w->laws[i], k, block, row);
         }
     }
@@ -710,32 +703,85 @@ double patch_joint_rows(const patch_window *w, const patch_joint *joint, const p
     return sum;
 }
 
-patch_sum patch_window_sum(const patch_window *w)
+double patch_window_sum(const patch_window *w)
 {
-    patch_sum sum = {0, 0, 0};
+    double sum = 0;
     for (int i = 0; i < w->law_count; i++) {
         const patch_rows *rows = &w->laws[i];
-        double own = 0;
-        for (int k = 0; k < rows->patches; k++) {
+        for (int k = 0; k < rows->patches && !patch_rows_judge(w, rows); k++) {
             for (size_t q = rows->first[k]; q < rows->first[k + 1]; q++) {
                 for (int row = 0; row < rows->law->rows; row++) {
                     const double rest =
                         row_weight(w, rows, k, row, q - rows->first[k]) * rows->outputs[row][q];
-                    own += rest * rest;
+                    sum += rest * rest;
                 }
             }
         }
-        sum.all += own;
-        if (rows->law->set->points == MODEL_GIVEN) {
-            sum.data += own;
-            sum.data_rows += rows->first[rows->patches] * (size_t)rows->law->rows;
-        }
     }
     for (int i = 0; i < w->joint_count; i++) {
-        sum.all += patch_joint_rows(w, &w->joints[i], NULL, 0, 0);
+        sum += patch_joint_rows(w, &w->joints[i], NULL, 0, 0);
     }
     for (int k = 0; k < w->grid->patches; k++) {
-        sum.all += at_start(w, k) ? start_of(w, k, NULL, 0) : 0;
+        sum += at_start(w, k) ? start_of(w, k, NULL, 0) : 0;
     }
     return sum;
+}
+
+/* How a residual changes with the unknown number g. */
+static double slope_of(const patch_window *w, const patch_rows *rows, int k, int row, size_t q,
+                       int g, const double *slopes)
+{
+    const patch_law *law = rows->law;
+    const patch_grid *grid = w->grid;
+    const patch_table *table = table_of(rows, k);
+    double sum = 0;
+    for (int i = 0; i < law->entry_count; i++) {
+        const patch_entry *e = &law->entries[i];
+        const double by = rows->outputs[law->rows + i][rows->first[k] + q];
+        if (e->row != row || (e->output < 0 && e->jet != g)) {
+            continue;
+        }
+        if (e->output < 0) {
+            sum += by;
+            continue;
+        }
+        const double *s = slopes + (size_t)rows->patch[k] * patch_grid_size(grid) +
+                          (size_t)e->output * (size_t)grid->functions;
+        const double scale = patch_scale(grid, rows->patch[k], w->p->jets.order[e->jet]);
+        for (int j = 0; j < grid->functions; j++) {
+            sum += by * scale * s[j] * table->phi[e->jet][(size_t)j * (size_t)table->points + q];
+        }
+    }
+    return sum;
+}
+
+patch_misfit patch_window_misfit(const patch_window *w, const double *slopes, size_t stride)
+{
+    patch_misfit misfit = {.rows = 0};
+    const int n = w->p->unknowns;
+    for (int i = 0; i < w->law_count; i++) {
+        const patch_rows *rows = &w->laws[i];
+        for (int k = 0; k < rows->patches && patch_rows_judge(w, rows); k++) {
+            for (size_t q = 0; q < rows->first[k + 1] - rows->first[k]; q++) {
+                for (int row = 0; row < rows->law->rows; row++) {
+                    const double weight = sqrt(rows->law->weight[row]);
+                    const double rest = weight * rows->outputs[row][rows->first[k] + q];
+                    double by[MODEL_UNKNOWNS_MAX];
+                    for (int g = 0; g < n; g++) {
+                        by[g] =
+                            weight * slope_of(w, rows, k, row, q, g, slopes + (size_t)g * stride);
+                    }
+                    misfit.rows++;
+                    misfit.sum += rest * rest;
+                    for (int g = 0; g < n; g++) {
+                        misfit.jtr[g] += by[g] * rest;
+                        for (int h = 0; h < n; h++) {
+                            misfit.jtj[g * n + h] += by[g] * by[h];
+                        }
+                    }
+                }
+            }
+        }
+    }
+    return misfit;
 }

@@ -62,12 +62,23 @@ size_t patch_joint_count(const patch_window *w, const patch_joint *joint);
 double patch_joint_rows(const patch_window *w, const patch_joint *joint, const patch_block *block,
                         size_t column_a, size_t column_b);
 
-/* The sum of squares of all rows, and of those of data with their number. */
-typedef struct patch_sum {
-    double all, data;
-    size_t data_rows;
-} patch_sum;
+/* The sum of squares of all rows. */
+double patch_window_sum(const patch_window *w);
 
-patch_sum patch_window_sum(const patch_window *w);
+/* Whether rows are those of data by which unknowns are found, and no part of the least squares. */
+static inline bool patch_rows_judge(const patch_window *w, const patch_rows *rows)
+{
+    return w->p->unknowns > 0 && rows->law->set->points == MODEL_GIVEN;
+}
+
+/* Of these rows, where the fields change by slopes [unknowns][coefficients] with the unknowns:
+ * their number and sum of squares r.r, and J^T J [unknowns][unknowns], J^T r. */
+typedef struct patch_misfit {
+    size_t rows;
+    double sum;
+    double jtj[MODEL_UNKNOWNS_MAX * MODEL_UNKNOWNS_MAX], jtr[MODEL_UNKNOWNS_MAX];
+} patch_misfit;
+
+patch_misfit patch_window_misfit(const patch_window *w, const double *slopes, size_t stride);
 
 #endif

@@ -4,8 +4,8 @@
  * Patches are eliminated one after the other. The front has the columns of a patch and of those
  * that come within the distance of its furthest neighbour. Rows enter with the first patch they
  * belong to; what a patch's own rows say is a triangle first. So the matrix is never squared. Where
- * the slowest coordinate is periodic, its first patches stay until the end, with the unknowns and
- * the residual: so they are nobody's far neighbours. */
+ * the slowest coordinate is periodic, its first patches stay until the end: so they are nobody's
+ * far neighbours. Derivatives by unknown numbers are right sides, as the residual is. */
 #include "physics/learn/patches_rows.h"
 
 #include "autodiff/dense.h"
@@ -18,7 +18,7 @@ typedef struct front {
     patch_window *w;
     size_t size;    /* columns of a patch */
     int pinned;     /* the first patches, which come last */
-    size_t globals; /* columns of these, of the unknowns, and the residual */
+    size_t globals; /* columns of these; right sides: by the unknowns, and the residual */
     int width;      /* patches in the front */
     int steps;      /* patches that are not pinned: patch k + pinned at step k */
     int *first;     /* [steps + 1] joints that enter at a step, */
@@ -32,7 +32,7 @@ typedef struct front {
     double *last;   /* [globals][globals], its triangle */
     size_t height;  /* of a patch's own rows at most */
     double **room;  /* [threads] */
-    double *step;   /* [patches][size], unknowns, 1 */
+    double *step;   /* [1 + unknowns][patches][size]: the step, and by how much fields change */
 } front;
 
 /* The block of the patch of a step; blocks of pinned ones, unknowns, the residual; then blocks of
@@ -44,7 +44,7 @@ static size_t columns_of(const front *f)
 
 static size_t own_columns(const front *f)
 {
-    return f->size + patch_unknowns(f->w->p) + 1;
+    return f->size + (size_t)f->w->p->unknowns + 1;
 }
 
 static void front_clear(front *f)
@@ -79,7 +79,7 @@ static void pin_patches(front *f)
     const bool closed = f->w->p->model->domain.coordinates[slow].periodic;
     f->pinned = closed && grid->cells[slow] > 2 ? grid->stride[slow] : 0;
     f->steps = grid->patches - f->pinned;
-    f->globals = (size_t)f->pinned * f->size + patch_unknowns(f->w->p) + 1;
+    f->globals = (size_t)f->pinned * f->size + (size_t)f->w->p->unknowns + 1;
 }
 
 /* The step at which a joint enters; `steps`: after all, between pinned patches. */
@@ -145,7 +145,7 @@ static bool make_room(front *f)
     f->a = malloc(columns * f->tall * sizeof *f->a);
     f->r = malloc((steps * columns * f->size + 1) * sizeof *f->r);
     f->last = malloc(f->globals * f->globals * sizeof *f->last);
-    f->step = malloc((patches * f->size + MODEL_UNKNOWNS_MAX) * sizeof *f->step);
+    f->step = malloc((size_t)(1 + w->p->unknowns) * patches * f->size * sizeof *f->step);
     bool has_memory = f->a && f->r && f->last && f->step && f->own && f->own_rows && f->room;
     for (size_t k = 0; k < patches && has_memory; k++) {
         f->own[k] = malloc(own * own * sizeof **f->own);
@@ -326,32 +326,6 @@ static void solve_triangle(const double *r, size_t stride, size_t n, double *x)
     }
 }
 
-/* Pinned patches and unknowns, x [globals - 1], and the deviations of unknowns in units of that of
- * a row: the last rows of R^-1. False: they are not determined. */
-static bool find_last(front *f, double *x)
-{
-    const size_t n = f->globals - 1, unknowns = patch_unknowns(f->w->p), from = n - unknowns;
-    for (size_t i = 0; i < n; i++) {
-        if (!(fabs(f->last[i * f->globals + i]) > 0)) {
-            return false;
-        }
-        x[i] = -f->last[n * f->globals + i];
-    }
-    solve_triangle(f->last, f->globals, n, x);
-    for (size_t i = 0; i < unknowns; i++) {
-        f->w->p->deviation[i] = 0;
-    }
-    for (size_t k = 0; k < unknowns; k++) {
-        double column[MODEL_UNKNOWNS_MAX] = {0};
-        column[k] = 1;
-        solve_triangle(f->last + from * f->globals + from, f->globals, unknowns, column);
-        for (size_t i = 0; i < unknowns; i++) {
-            f->w->p->deviation[i] += column[i] * column[i];
-        }
-    }
-    return true;
-}
-
 /* y [size] -= columns [count][size] times x. */
 static void take_from(double *y, const double *columns, size_t size, size_t count, const double *x)
 {
@@ -362,45 +336,63 @@ static void take_from(double *y, const double *columns, size_t size, size_t coun
     }
 }
 
-/* The Gauss-Newton step; *moved is its root mean square in the fields. */
-static ad_status take_step(front *f, double *moved, ad_error *error)
+/* x [patches][size] = -(least squares solution) of right side `right`: of an unknown, or the last
+ * one. */
+static void solve_side(const front *f, size_t right, double *x)
 {
-    patch_window *w = f->w;
-    const patch_grid *grid = w->grid;
-    const size_t size = f->size, columns = columns_of(f), patches = (size_t)grid->patches;
-    const size_t pinned = (size_t)f->pinned * size, unknowns = patch_unknowns(w->p);
-    double *x = f->step, total = 0, volume = 0;
-    double global[f->globals];
-    ad_pool_run(w->p->settings->pool, grid->patches, reduce_own, f);
-    if (!eliminate(f) || !find_last(f, global)) {
-        return ad_fail(error, AD_BAD_INPUT,
-                       "the equations with their conditions do not determine the fields: is a "
-                       "condition missing, or an equation twice?");
+    const size_t size = f->size, pinned = (size_t)f->pinned * size, column = pinned + right;
+    for (size_t i = 0; i < pinned; i++) {
+        x[i] = -f->last[column * f->globals + i];
     }
-    memcpy(x, global, pinned * sizeof *x);
-    memcpy(x + patches * size, global + pinned, unknowns * sizeof *x);
+    solve_triangle(f->last, f->globals, pinned, x);
     for (int k = f->steps - 1; k >= 0; k--) {
-        const double *r = f->r + (size_t)k * columns * size;
+        const double *r = f->r + (size_t)k * columns_of(f) * size;
         double *y = x + (size_t)(k + f->pinned) * size;
         for (size_t i = 0; i < size; i++) {
-            y[i] = -r[(size + f->globals - 1) * size + i];
+            y[i] = -r[(size + column) * size + i];
         }
-        take_from(y, r + size * size, size, f->globals - 1, global);
+        take_from(y, r + size * size, size, pinned, x);
         for (int block = 1; block < f->width && k + block < f->steps; block++) {
             take_from(y, r + ((size_t)block * size + f->globals) * size, size, size,
                       y + (size_t)block * size);
         }
         solve_triangle(r, size, size, y);
     }
-    for (size_t k = 0; k < patches; k++) {
-        const double part = patch_volume(grid, (int)k);
+}
+
+/* The root mean square of fields of these coefficients, over their scale. */
+static double size_of(const front *f, const double *x)
+{
+    const patch_grid *grid = f->w->grid;
+    double total = 0, volume = 0;
+    for (int k = 0; k < grid->patches; k++) {
+        const double part = patch_volume(grid, k);
         volume += part;
-        for (size_t i = 0; i < size; i++) {
-            const double by = x[k * size + i] / w->p->scale[i / (size_t)grid->functions];
+        for (size_t i = 0; i < f->size; i++) {
+            const double by =
+                x[(size_t)k * f->size + i] / f->w->p->scale[i / (size_t)grid->functions];
             total += part * by * by;
         }
     }
-    *moved = sqrt(total / volume);
+    return sqrt(total / volume);
+}
+
+/* The Gauss-Newton step, and how fields change with the unknowns; *moved is its size. */
+static ad_status take_step(front *f, double *moved, ad_error *error)
+{
+    const patch_problem *p = f->w->p;
+    const size_t all = (size_t)f->w->grid->patches * f->size, unknowns = (size_t)p->unknowns;
+    ad_pool_run(p->settings->pool, f->w->grid->patches, reduce_own, f);
+    if (!eliminate(f)) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "the equations with their conditions do not determine the fields: is a "
+                       "condition missing, or an equation twice?");
+    }
+    solve_side(f, unknowns, f->step);
+    for (size_t i = 0; i < unknowns; i++) {
+        solve_side(f, i, f->step + (1 + i) * all);
+    }
+    *moved = size_of(f, f->step);
     return isfinite(*moved) ? AD_OK : ad_fail(error, AD_NOT_FINITE, "a step is not finite");
 }
 
@@ -408,13 +400,9 @@ static ad_status take_step(front *f, double *moved, ad_error *error)
 
 static void go(front *f, double part)
 {
-    patch_problem *p = f->w->p;
     const size_t all = (size_t)f->w->grid->patches * f->size;
     for (size_t i = 0; i < all; i++) {
         f->w->grid->c[i] += part * f->step[i];
-    }
-    for (size_t i = 0; i < patch_unknowns(p); i++) {
-        p->unknown[i] += part * f->step[all + i];
     }
 }
 
@@ -427,7 +415,7 @@ static double search(front *f, double before, bool is_small, double *after, ad_e
         go(f, part - gone);
         gone = part;
         if (patch_window_evaluate(f->w, error) == AD_OK) {
-            *after = patch_window_sum(f->w).all;
+            *after = patch_window_sum(f->w);
             if (isfinite(*after) && (*after <= before || is_small)) {
                 return gone;
             }
@@ -437,60 +425,49 @@ static double search(front *f, double before, bool is_small, double *after, ad_e
     return 0;
 }
 
-/* With the unknowns held, the fields follow the equations again. */
-static ad_status follow(front *f, double enough, ad_error *error)
+/* Steps until what is left is below `enough`. */
+static ad_status settle(front *f, int steps, double enough, patch_outcome *outcome, ad_error *error)
 {
-    enum { FOLLOWING = 6 };
-    patch_problem *p = f->w->p;
-    double moved = INFINITY;
-    ad_status status = AD_OK;
-    p->held = true;
-    pin_patches(f); /* without columns of unknowns */
-    for (int i = 0; i < FOLLOWING && status == AD_OK && moved > enough; i++) {
-        status = take_step(f, &moved, error);
-        if (status == AD_OK) {
-            go(f, 1);
-            status = patch_window_evaluate(f->w, error);
-        }
+    const patch_problem *p = f->w->p;
+    double before = INFINITY;
+    ad_status status = patch_window_evaluate(f->w, error);
+    double sum = status == AD_OK ? patch_window_sum(f->w) : NAN;
+    if (status == AD_OK && !isfinite(sum)) {
+        status = ad_fail(error, AD_NOT_FINITE, "residuals are not finite");
     }
-    p->held = false;
-    pin_patches(f);
+    outcome->left = INFINITY;
+    for (int i = 0; i < steps && status == AD_OK && outcome->left > enough; i++) {
+        double after = sum, moved = INFINITY;
+        status = take_step(f, &moved, error);
+        if (status != AD_OK) {
+            break;
+        }
+        outcome->steps++;
+        const double part = search(f, sum, moved < 1e-6 || steps == 1, &after, error);
+        if (part == 0) {
+            status = ad_fail(error, AD_NOT_FINITE, "steps no longer lower the residuals");
+        }
+        outcome->left = p->linear       ? 0
+                        : part < 1      ? INFINITY
+                        : isinf(before) ? moved
+                                        : moved * fmin(1, moved / before);
+        before = part < 1 ? INFINITY : moved;
+        sum = after;
+    }
     return status;
 }
 
-/* Data weigh next to nothing beside equations, so that the sum of squares says nothing of a step of
- * the unknowns. It is gone as far as the fields, once they follow, are nearer to the data (variable
- * projection: Golub & Pereyra, SIAM J. Numer. Anal. 10, 1973). */
-static double search_unknowns(front *f, double *misfit, double enough, ad_error *error)
+static ad_status open_window(patch_window *w, front *f, patch_problem *p, patch_grid *grid,
+                             patch_phase phase, const patch_grid *before, ad_error *error)
 {
-    enum { HALVINGS = 10 };
-    patch_problem *p = f->w->p;
-    const size_t fields = (size_t)f->w->grid->patches * f->size, all = fields + (size_t)p->unknowns;
-    double *from = malloc(2 * all * sizeof *from), *step = from + all, part = 1;
-    bool found = false;
-    if (!from) {
-        return 0;
-    }
-    memcpy(from, f->w->grid->c, fields * sizeof *from);
-    memcpy(from + fields, p->unknown, (size_t)p->unknowns * sizeof *from);
-    memcpy(step, f->step, all * sizeof *step);
-    for (int i = 0; i <= HALVINGS && !found; i++, part /= 2) {
-        memcpy(f->w->grid->c, from, fields * sizeof *from);
-        memcpy(p->unknown, from + fields, (size_t)p->unknowns * sizeof *from);
-        memcpy(f->step, step, all * sizeof *step);
-        go(f, part);
-        if (patch_window_evaluate(f->w, error) == AD_OK && follow(f, enough, error) == AD_OK) {
-            const double after = patch_window_sum(f->w).data;
-            found = after <= *misfit * (1 + 1e-9);
-            *misfit = found ? after : *misfit;
+    ad_status status = patch_window_create(w, p, grid, phase, before, error);
+    if (status == AD_OK) {
+        status = front_create(f, w, error);
+        if (status != AD_OK) {
+            patch_window_clear(w);
         }
     }
-    if (!found) {
-        memcpy(f->w->grid->c, from, fields * sizeof *from);
-        memcpy(p->unknown, from + fields, (size_t)p->unknowns * sizeof *from);
-    }
-    free(from);
-    return found ? 2 * part : 0;
+    return status;
 }
 
 ad_status patch_solve(patch_problem *p, patch_grid *grid, patch_phase phase,
@@ -500,55 +477,116 @@ ad_status patch_solve(patch_problem *p, patch_grid *grid, patch_phase phase,
     patch_window w;
     front f;
     *outcome = (patch_outcome){0, INFINITY};
-    ad_status status = patch_window_create(&w, p, grid, phase, before, error);
-    if (status != AD_OK) {
-        return status;
-    }
-    status = front_create(&f, &w, error);
-    if (status != AD_OK) {
+    ad_status status = open_window(&w, &f, p, grid, phase, before, error);
+    if (status == AD_OK) {
+        status = settle(&f, steps, enough, outcome, error);
+        front_clear(&f);
         patch_window_clear(&w);
-        return status;
     }
-    status = patch_window_evaluate(&w, error);
-    double sum = status == AD_OK ? patch_window_sum(&w).all : NAN;
-    if (status == AD_OK && !isfinite(sum)) {
-        status = ad_fail(error, AD_NOT_FINITE, "residuals are not finite");
+    return status;
+}
+
+/* ---- unknowns -------------------------------------------------------------------------------- */
+
+/* Solves a [n][n] x = -b and writes the diagonal of a^-1; false: a is singular. */
+static bool solve_small(int n, const double *a, const double *b, double *x, double *inverse)
+{
+    double lu[MODEL_UNKNOWNS_MAX * MODEL_UNKNOWNS_MAX];
+    double sides[(MODEL_UNKNOWNS_MAX + 1) * MODEL_UNKNOWNS_MAX] = {0};
+    int pivots[MODEL_UNKNOWNS_MAX];
+    memcpy(lu, a, (size_t)(n * n) * sizeof *lu);
+    for (int i = 0; i < n; i++) {
+        sides[i] = -b[i];
+        sides[(1 + i) * n + i] = 1;
     }
-    double before_it = INFINITY, misfit = status == AD_OK ? patch_window_sum(&w).data : 0;
-    while (status == AD_OK && outcome->steps < steps && outcome->left > enough) {
-        double after = sum, moved = INFINITY;
-        status = take_step(&f, &moved, error);
-        if (status != AD_OK) {
+    if (ad_dense_lu((size_t)n, lu, pivots) != 0) {
+        return false;
+    }
+    ad_dense_lu_solve((size_t)n, (size_t)n + 1, lu, pivots, sides);
+    for (int i = 0; i < n; i++) {
+        x[i] = sides[i];
+        inverse[i] = sides[(1 + i) * n + i];
+    }
+    return true;
+}
+
+/* From fields and unknowns [all + unknowns] along a step of the unknowns, with the fields after
+ * them. */
+static void vary(front *f, const double *from, const double *slopes, const double *step,
+                 double part)
+{
+    patch_problem *p = f->w->p;
+    const size_t all = (size_t)f->w->grid->patches * f->size;
+    memcpy(f->w->grid->c, from, all * sizeof *from);
+    for (int g = 0; g < p->unknowns; g++) {
+        p->unknown[g] = from[all + (size_t)g] + part * step[g];
+        for (size_t i = 0; i < all; i++) {
+            f->w->grid->c[i] += part * step[g] * slopes[(size_t)g * all + i];
+        }
+    }
+}
+
+static ad_status find_unknowns(front *f, int steps, double enough, double *room,
+                               patch_outcome *outcome, ad_error *error)
+{
+    enum { HALVINGS = 12 };
+    patch_problem *p = f->w->p;
+    const size_t all = (size_t)f->w->grid->patches * f->size, unknowns = (size_t)p->unknowns;
+    double *from = room, *slopes = room + all + unknowns, *change = slopes + unknowns * all;
+    ad_status status = settle(f, steps, enough, outcome, error);
+    for (int i = 0; i < steps && status == AD_OK; i++) {
+        double step[MODEL_UNKNOWNS_MAX], inverse[MODEL_UNKNOWNS_MAX], part = 1;
+        bool nearer = false;
+        memcpy(slopes, f->step + all, unknowns * all * sizeof *slopes);
+        memcpy(from, f->w->grid->c, all * sizeof *from);
+        memcpy(from + all, p->unknown, unknowns * sizeof *from);
+        const patch_misfit misfit = patch_window_misfit(f->w, slopes, all);
+        if (!solve_small(p->unknowns, misfit.jtj, misfit.jtr, step, inverse)) {
+            return ad_fail(error, AD_BAD_INPUT, "the data do not determine the unknown numbers");
+        }
+        for (size_t g = 0; g < unknowns; g++) {
+            const double rows = (double)misfit.rows - (double)unknowns;
+            p->deviation[g] = sqrt(fabs(inverse[g]) * misfit.sum / fmax(1, rows));
+        }
+        memset(change, 0, all * sizeof *change);
+        for (size_t g = 0; g < unknowns; g++) {
+            for (size_t k = 0; k < all; k++) {
+                change[k] += step[g] * slopes[g * all + k];
+            }
+        }
+        if (size_of(f, change) <= enough) {
             break;
         }
-        outcome->steps++;
-        double part;
-        if (patch_unknowns(p) > 0) {
-            part = search_unknowns(&f, &misfit, enough, error);
-            if (part == 0 && moved < 1e-3) { /* no nearer: the data are met as well as may be */
-                outcome->left = 0;
-                break;
-            }
-        } else {
-            part = search(&f, sum, moved < 1e-6 || steps == 1, &after, error);
+        for (int k = 0; k < HALVINGS && !nearer; k++, part /= 2) {
+            vary(f, from, slopes, step, part);
+            status = settle(f, steps, enough, outcome, error);
+            nearer = status == AD_OK &&
+                     patch_window_misfit(f->w, slopes, all).sum <= misfit.sum * (1 + 1e-9);
         }
-        if (part == 0) {
-            status = ad_fail(error, AD_NOT_FINITE, "steps no longer lower the residuals");
-        }
-        outcome->left = p->linear          ? 0
-                        : part < 1         ? INFINITY
-                        : isinf(before_it) ? moved
-                                           : moved * fmin(1, moved / before_it);
-        before_it = part < 1 ? INFINITY : moved;
-        sum = after;
-    }
-    if (status == AD_OK && patch_unknowns(p) > 0) {
-        const patch_sum all = patch_window_sum(&w);
-        const double free_rows = (double)all.data_rows - p->unknowns;
-        for (int i = 0; i < p->unknowns; i++) {
-            p->deviation[i] = sqrt(p->deviation[i] * all.data / fmax(1, free_rows));
+        if (!nearer) { /* the data are met as well as may be */
+            vary(f, from, slopes, step, 0);
+            status = settle(f, steps, enough, outcome, error);
+            break;
         }
     }
+    return status;
+}
+
+ad_status patch_identify(patch_problem *p, patch_grid *grid, int steps, double enough,
+                         patch_outcome *outcome, ad_error *error)
+{
+    patch_window w;
+    front f;
+    *outcome = (patch_outcome){0, INFINITY};
+    ad_status status = open_window(&w, &f, p, grid, PATCH_FIRST, NULL, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    const size_t all = (size_t)grid->patches * f.size, unknowns = (size_t)p->unknowns;
+    double *room = malloc(((2 + unknowns) * all + unknowns) * sizeof *room);
+    status = room ? find_unknowns(&f, steps, enough, room, outcome, error)
+                  : ad_fail(error, AD_NO_MEMORY, "out of memory for unknowns");
+    free(room);
     front_clear(&f);
     patch_window_clear(&w);
     return status;
