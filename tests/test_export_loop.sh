@@ -88,7 +88,7 @@ if cpinn-control arm.yaml --quiet --set control.duration=0.5 --set control.toler
     --set "control={environment: {file: $PWD/plate.obj, unit: mm, side: outside}, radius: 0.021,
         constraints: [{what: clearance, low: 0.002}]}" --c walled >stdout.txt 2>stderr.txt; then
     check "walled by cc" -- cc $warnings -c walled.c -o loop.o
-    grep -q 'loop_field_values\[\]' walled.c || failed 'the distances are not in the C'
+    grep -q 'loop_surface_corners\[\]' walled.c || failed 'the distances are not in the C'
 else
     said stderr.txt 'need Embree'
 fi

@@ -1,5 +1,4 @@
-/* Distances at the nodes of a grid of cubes, between which they are interpolated. Needs no library
- * and allocates nothing: exported C has this very text. */
+/* Distances at the nodes of a grid of cubes, between which they are interpolated. */
 #ifndef PHYSICS_NUMERICS_DISTANCE_FIELD_H
 #define PHYSICS_NUMERICS_DISTANCE_FIELD_H
 
@@ -12,7 +11,7 @@ typedef struct distance_field {
 } distance_field;
 
 /* Of p, m. Beyond the grid negative where what is free is within the surface, else no more than the
- * distance: that from the box. gradient [3] of what is returned; NULL: not asked. */
-double distance_field_at(const distance_field *field, const double p[3], double *gradient);
+ * distance: that from the box. */
+double distance_field_at(const distance_field *field, const double p[3]);
 
 #endif

@@ -6,7 +6,7 @@
 /* Of 2^levels leaves leaf k has the triangles from k triangles / 2^levels up to those of the next.
  * Floats, which are exact corners: a surface of doubles has to be rounded before. */
 typedef struct triangle_tree {
-    int triangles, levels;
+    int corners, triangles, levels;
     int side;            /* free is, 1: outside of the surface, -1: within, 0: all */
     const float *corner; /* [corners][3], m */
     const int *triangle; /* [triangles][3] corners, counterclockwise as seen from outside */
@@ -15,6 +15,7 @@ typedef struct triangle_tree {
 } triangle_tree;
 
 enum { TRIANGLE_TREE_LEVELS_MAX = 28 };
+#define TRIANGLE_TREE_BOXES(tree) ((size_t)2 << (tree)->levels)
 
 /* Of p, m, or `within` if it is further than that; and the nearest place, left alone if so. */
 double triangle_tree_distance(const triangle_tree *tree, const double p[3], double within,

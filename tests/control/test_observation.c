@@ -220,33 +220,29 @@ static void test_derivatives(void **state)
     config_free(settings);
 }
 
-/* Distances from two planes, x = 0.05 and z = 0.13, the smaller of them; a plane is linear, so the
- * grid has it exactly where the other is further than a cell. Of one place the smooth minimum is
- * the distance; of four it is less by at most log(4) of `smooth`, and derivatives are those of
- * places, differences of which are off by the step's square over that of `smooth`: 1e-5. */
+/* Within a large box of two sides that are near, x = 0.05 and z = 0.13, the smaller distance is
+ * that from their planes. Of one place the smooth minimum is the distance; of four it is less by at
+ * most log(4) of `smooth`, and derivatives are those of places, differences of which are off by the
+ * step's square over that of `smooth`: 1e-5. */
 static void test_clearance(void **state)
 {
-    enum { NODES = 41, COUNT = 3 };
-    static float values[NODES * NODES * NODES];
+    enum { COUNT = 3 };
+    static const float corner[8][3] = {{-9, -9, -9},   {0.05f, -9, -9},  {-9, 9, -9},
+                                       {0.05f, 9, -9}, {-9, -9, 0.13f},  {0.05f, -9, 0.13f},
+                                       {-9, 9, 0.13f}, {0.05f, 9, 0.13f}};
+    static const int triangle[12][3] = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6},
+                                        {0, 1, 5}, {0, 5, 4}, {2, 6, 7}, {2, 7, 3},
+                                        {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+    static const float box[2][6] = {{0}, {-9, -9, -9, 0.05f, 9, 0.13f}};
+    const triangle_tree surface = {8, 12, 0, -1, corner[0], triangle[0], box[0]};
     const double along[4] = {0.03, 0.07, 0.1, 0.13};
-    distance_field field = {.count = {NODES, NODES, NODES},
-                            .low = {-0.2, -0.2, -0.2},
-                            .cell = 0.01,
-                            .box_low = {-0.19, -0.19, -0.19},
-                            .box_high = {0.19, 0.19, 0.19},
-                            .value = values};
     config *settings = read_arm(0, NULL);
     (void)state;
-    for (int i = 0; i < NODES * NODES * NODES; i++) {
-        const double x = 0.05 + 0.2 - 0.01 * (i % NODES),
-                     z = 0.13 + 0.2 - 0.01 * (double)(i / NODES / NODES);
-        values[i] = (float)fmin(x, z);
-    }
     for (int count = 1; count <= 4; count += 3) {
         observation *places_seen =
             make_observation(&settings->scene, OBSERVATION_POSITION, count, along);
         clearance_observation x = {.places = observation_of(places_seen),
-                                   .field = &field,
+                                   .surface = &surface,
                                    .radius = 0.021,
                                    .smooth = 1e-3};
         double room[12 * (2 + STATES)], states[COUNT * STATES], r[COUNT * 12], by[COUNT * STATES];
@@ -261,7 +257,8 @@ static void test_clearance(void **state)
         for (int i = 0; i < COUNT; i++) {
             double least = INFINITY;
             for (int k = 0; k < count; k++) {
-                least = fmin(least, distance_field_at(&field, &r[3 * (i * count + k)], NULL));
+                const double *const p = &r[3 * (i * count + k)];
+                least = fmin(least, fmin((double)0.05f - p[0], (double)0.13f - p[2]));
             }
             assert_true(found[i] <= least - 0.021 + 1e-15);
             assert_true(found[i] >= least - 0.021 - 1e-3 * log(count) - 1e-15);

@@ -8,6 +8,18 @@ size_t clearance_observation_room(const one_observation *places)
     return (size_t)places->values * (2 + (size_t)places->states);
 }
 
+/* Of a place, negative where it is not free, and its derivative; on the surface 0. */
+static double distance_at(const triangle_tree *surface, const double p[3], double slope[3])
+{
+    double nearest[3];
+    const double distance = triangle_tree_distance(surface, p, INFINITY, nearest);
+    const double found = triangle_tree_is_free(surface, p) ? distance : -distance;
+    for (int i = 0; i < 3; i++) {
+        slope[i] = distance > 0 ? (p[i] - nearest[i]) / found : 0;
+    }
+    return found;
+}
+
 static int see_least(void *context, int count, const double *states, const double *inputs,
                      double *values, double *by_state)
 {
@@ -21,7 +33,7 @@ static int see_least(void *context, int count, const double *states, const doubl
             return 1;
         }
         for (int k = 0; k < places; k++) { /* distances in the place of the first coordinate */
-            position[3 * k] = distance_field_at(x->field, position + 3 * k, gradient + 3 * k);
+            position[3 * k] = distance_at(x->surface, position + 3 * k, gradient + 3 * k);
             least = fmin(least, position[3 * k]);
         }
         for (int j = 0; j < n && by_state; j++) {

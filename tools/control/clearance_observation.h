@@ -5,13 +5,13 @@
 #ifndef CONTROL_CLEARANCE_OBSERVATION_H
 #define CONTROL_CLEARANCE_OBSERVATION_H
 
-#include "physics/numerics/distance_field.h"
+#include "physics/numerics/triangle_tree.h"
 #include "tools/control/kinematic_observation.h"
 
 /* All is borrowed. */
 typedef struct clearance_observation {
     one_observation places; /* positions, 3 of each */
-    const distance_field *field;
+    const triangle_tree *surface;
     double radius, smooth; /* m */
     double *room;          /* [clearance_observation_room] */
 } clearance_observation;

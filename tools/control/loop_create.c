@@ -146,7 +146,7 @@ static ad_status see_clearance(control_loop *loop, int part, ad_error *error)
         return status;
     }
     *x = (clearance_observation){.places = observation_of(loop->observations[part]),
-                                 .field = &loop->of.around->field,
+                                 .surface = loop->of.around->surface,
                                  .radius = loop->control.radius,
                                  .smooth = fmax(l->low / 10, 1e-3 * length)};
     x->room = calloc(clearance_observation_room(&x->places), sizeof *x->room);

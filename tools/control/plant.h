@@ -3,14 +3,14 @@
 #ifndef CONTROL_PLANT_H
 #define CONTROL_PLANT_H
 
-#include "physics/numerics/distance_field.h"
+#include "physics/numerics/triangle_tree.h"
 #include "tools/control/control_settings.h"
 
 typedef struct plant plant;
 
 /* What a robot is to keep away from; all is borrowed. */
 typedef struct surroundings {
-    distance_field field; /* by which the controller goes */
+    const triangle_tree *surface; /* by which the controller goes */
     /* The exact distance of the line from a to b from the surface, m, by which it is judged: 0
      * where it meets the surface, negative beyond. */
     double (*of_line)(const void *context, const double a[3], const double b[3]);

@@ -418,7 +418,7 @@ static void write_wall(const export_family *family, FILE *file)
     }
     fputs("\n#define WHOLE_FUNCTION static\n", file);
     export_put_lines(family->name, EXPORT_DOUBLE, export_wall_distance, file);
-    export_put_tree(wall->surface, "wall", file);
+    export_put_tree(&wall->surface->tree, "wall", file);
     fprintf(file,
             "#define WALL_OFF %.17g\n#define WALL_RADIUS %.17g\n#define WALL_FROM %.17g\n"
             "#define ROUNDED %.17g\n#define STRETCHES %d\n\n",

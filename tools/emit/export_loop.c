@@ -78,11 +78,12 @@ static void put_clearance(const export_loop *loop, FILE *file)
     if (!x) {
         return;
     }
-    export_put_field(x->field, "loop_field", file);
-    fprintf(file,
-            "static const clearance_observation loop_clearance = {.field = &loop_field, .radius = "
-            "%.17g, .smooth = %.17g};\n",
-            x->radius, x->smooth);
+    export_put_tree(x->surface, "loop_surface", file);
+    fprintf(
+        file,
+        "static const clearance_observation loop_clearance = {.surface = &loop_surface, .radius = "
+        "%.17g, .smooth = %.17g};\n",
+        x->radius, x->smooth);
 }
 
 static void put_surrogate(const char *name, const surrogate_step *m, FILE *file)

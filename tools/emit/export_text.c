@@ -112,34 +112,16 @@ static void put_floats(size_t count, const float *list, const char *name, const 
     fputs("};\n", file);
 }
 
-void export_put_field(const distance_field *f, const char *name, FILE *file)
+void export_put_tree(const triangle_tree *tree, const char *name, FILE *file)
 {
-    const double *const lists[3] = {f->low, f->box_low, f->box_high};
-    const size_t nodes = (size_t)f->count[0] * (size_t)f->count[1] * (size_t)f->count[2];
-    put_floats(nodes, f->value, name, "values", file);
-    fprintf(file, "static const distance_field %s = {{%d, %d, %d}, %d", name, f->count[0],
-            f->count[1], f->count[2], f->inside);
-    for (int i = 0; i < 3; i++) {
-        fputs(",\n    ", file);
-        export_put_list(3, lists[i], 1, false, file);
-        if (i == 0) {
-            fprintf(file, ", %.17g", f->cell);
-        }
-    }
-    fprintf(file, ",\n    %s_values};\n", name);
-}
-
-void export_put_tree(const surface_tree *of, const char *name, FILE *file)
-{
-    const triangle_tree *const tree = &of->tree;
-    put_floats(3 * of->corners, of->corner, name, "corners", file);
-    put_floats(6 * of->boxes, of->box, name, "boxes", file);
-    export_put_integers(file, 3 * (size_t)tree->triangles, of->triangle,
+    put_floats(3 * (size_t)tree->corners, tree->corner, name, "corners", file);
+    put_floats(6 * TRIANGLE_TREE_BOXES(tree), tree->box, name, "boxes", file);
+    export_put_integers(file, 3 * (size_t)tree->triangles, tree->triangle,
                         "static const int %s_triangles[]", name);
-    fprintf(
-        file,
-        "static const triangle_tree %s = {%d, %d, %d,\n    %s_corners, %s_triangles, %s_boxes};\n",
-        name, tree->triangles, tree->levels, tree->side, name, name, name);
+    fprintf(file,
+            "static const triangle_tree %s = {%d, %d, %d, %d,\n    %s_corners, %s_triangles, "
+            "%s_boxes};\n",
+            name, tree->corners, tree->triangles, tree->levels, tree->side, name, name, name);
 }
 
 void export_put_rows(const char *head, size_t rows, size_t columns, const double *list, bool single,

@@ -3,9 +3,8 @@
 #ifndef TOOLS_EMIT_EXPORT_TEXT_H
 #define TOOLS_EMIT_EXPORT_TEXT_H
 
-#include "physics/numerics/distance_field.h"
+#include "physics/numerics/triangle_tree.h"
 #include "physics/scene/scene.h"
-#include "tools/environment/surface_tree.h"
 
 #include <stdbool.h>
 #include <stdio.h>
@@ -44,11 +43,8 @@ void export_put_upper(const char *text, FILE *file);
 void export_put_number(double value, bool single, FILE *file);
 void export_put_list(size_t count, const double *list, double unit, bool single, FILE *file);
 
-/* "static const distance_field NAME = ..;", of values NAME_values. */
-void export_put_field(const distance_field *field, const char *name, FILE *file);
-
 /* "static const triangle_tree NAME = ..;", of NAME_corners and so on. */
-void export_put_tree(const surface_tree *of, const char *name, FILE *file);
+void export_put_tree(const triangle_tree *tree, const char *name, FILE *file);
 
 /* "HEAD[rows][columns] = {{..}, {..}};" of list [rows][columns]. */
 void export_put_rows(const char *head, size_t rows, size_t columns, const double *list, bool single,

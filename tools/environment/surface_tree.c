@@ -126,13 +126,13 @@ ad_status surface_tree_create(const surface *of, environment_side side, surface_
     surface_tree *const to = calloc(1, sizeof *to);
     builder b = {of, to, malloc(of->triangles * sizeof *b.placed)};
     if (to) {
-        to->corners = of->corners;
-        to->boxes = (size_t)2 << levels;
-        to->corner = malloc(3 * to->corners * sizeof *to->corner);
-        to->triangle = malloc(3 * of->triangles * sizeof *to->triangle);
-        to->box = calloc(6 * to->boxes, sizeof *to->box);
-        to->tree = (triangle_tree){(int)of->triangles, levels,       sign_of(side),
-                                   to->corner,         to->triangle, to->box};
+        to->tree = (triangle_tree){.corners = (int)of->corners,
+                                   .triangles = (int)of->triangles,
+                                   .levels = levels,
+                                   .side = sign_of(side)};
+        to->tree.corner = to->corner = malloc(3 * of->corners * sizeof *to->corner);
+        to->tree.triangle = to->triangle = malloc(3 * of->triangles * sizeof *to->triangle);
+        to->tree.box = to->box = calloc(6 * TRIANGLE_TREE_BOXES(&to->tree), sizeof *to->box);
     }
     const bool has_room = to && b.placed && to->corner && to->triangle && to->box;
     *result = has_room ? to : NULL;

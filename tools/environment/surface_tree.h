@@ -8,7 +8,6 @@
 
 typedef struct surface_tree {
     triangle_tree tree; /* of what follows */
-    size_t corners, boxes;
     float *corner, *box;
     int *triangle;
     double error; /* m: distances from it are off by at most so much, as its corners are floats */
@@ -25,7 +24,8 @@ void surface_tree_free(surface_tree *of); /* NULL is allowed */
 
 static inline size_t surface_tree_bytes(const surface_tree *of)
 {
-    return 4 * (3 * of->corners + 3 * (size_t)of->tree.triangles + 6 * of->boxes);
+    return 12 * ((size_t)of->tree.corners + (size_t)of->tree.triangles +
+                 2 * TRIANGLE_TREE_BOXES(&of->tree));
 }
 
 #endif

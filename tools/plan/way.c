@@ -59,7 +59,7 @@ static bool is_free(void *context, const double *configuration)
         if (!isfinite(r[0] + r[1] + r[2])) {
             return false; /* there is no such shape */
         }
-        const double here = distance_field_at(&grid->field, r, NULL);
+        const double here = distance_field_at(&grid->field, r);
         if (here + off < f->needed) {
             return false;
         }

@@ -1,5 +1,6 @@
 /* cpinn-control: the closed loop of a scene in simulation; see --help. */
-#include "tools/environment/distance_grid.h"
+#include "tools/environment/environment.h"
+#include "tools/environment/surface_tree.h"
 #include "tools/files/shapes_vtk.h"
 #include "tools/files/table_file.h"
 #include "tools/prepare/config_surrogate.h"
@@ -33,7 +34,7 @@ typedef struct controlling {
     surrogate_settings model;
     double truth[SCENE_PARAMETERS_MAX];
     environment *environment; /* of a constrained clearance; NULL: there is none */
-    distance_grid *grid;
+    surface_tree *tree;
     surroundings around;
     surrogate *trained, *inner; /* NULL: there is none */
     one_step step, inner_step;  /* of them */
@@ -195,12 +196,15 @@ static ad_status open_surroundings(controlling *controlling, ad_error *error)
     if (!wanted) {
         return AD_OK;
     }
-    const ad_status status =
-        distance_grid_open(&c->environment, scene_length(&controlling->nominal->scene),
-                           &controlling->environment, &controlling->grid, error);
+    ad_status status = environment_open(&c->environment, scene_length(&controlling->nominal->scene),
+                                        &controlling->environment, error);
+    if (status == AD_OK) {
+        status = surface_tree_create(environment_surface(controlling->environment),
+                                     c->environment.side, &controlling->tree, error);
+    }
     if (status == AD_OK) {
         controlling->around =
-            (surroundings){controlling->grid->field, of_line, controlling->environment};
+            (surroundings){&controlling->tree->tree, of_line, controlling->environment};
     }
     return status;
 }
@@ -249,7 +253,7 @@ static ad_status run_row(controlling *controlling, control_row *row, ad_error *e
                               .nominal = &controlling->nominal->scene,
                               .plant = &controlling->plant->scene,
                               .truth = controlling->truth,
-                              .around = controlling->grid ? &controlling->around : NULL,
+                              .around = controlling->tree ? &controlling->around : NULL,
                               .surrogate = controlling->trained ? &controlling->step : NULL,
                               .inner = controlling->inner ? &controlling->inner_step : NULL};
     ad_status status = loop_create(&setup, &row->loop, error);
@@ -379,7 +383,7 @@ int main(int argc, char **argv)
     for (int i = 0; i < x.count; i++) {
         loop_free(x.rows[i].loop);
     }
-    distance_grid_free(x.grid);
+    surface_tree_free(x.tree);
     environment_free(x.environment);
     surrogate_one_step_free(&x.step);
     surrogate_one_step_free(&x.inner_step);
