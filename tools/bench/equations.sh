@@ -90,7 +90,7 @@ else
             file == 2 && $1 == name && best && $3 > 0 && $3 <= best && (!ours || $6 < ours) { ours = $6 }
             END { for (m in last) { split(last[m], f, ",")
                       gsub(";", ",", m); printf "  %-28s %9.1e %9s %8s %8s\n", m, f[5], "-", f[4], f[3] }
-                  if (ours) printf "  the best of DeepXDE, %.1e in %s s, is reached %.0f times sooner\n", best, took, took / ours }' \
+                  if (ours && best < 0.1) printf "  the best of DeepXDE, %.1e in %s s, is reached %.0f times sooner\n", best, took, took / ours }' \
             "$scenes/peers.csv" "$table"
         awk -F, -v name="$name" '$1 == name { printf "  %-28s %9s %9s %8s %8s  %s\n", "published", $3, "-", "-",
             $4 == "" ? "-" : $4, $2 }' "$scenes/published.csv"
