@@ -326,6 +326,11 @@ static void fields_as_columns(const physics_model *m, const domain_place *at,
     }
 }
 
+bool model_has_ansatz(const physics_model *m)
+{
+    return m->call.ansatz != outputs_as_fields;
+}
+
 physics_model *model_create(void)
 {
     physics_model *m = calloc(1, sizeof *m);

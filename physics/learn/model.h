@@ -310,6 +310,9 @@ int model_add_condition(physics_model *m, const char *name, model_condition cond
  * of the SI (static text, may be ""). Models with such numbers are solved by patches_fit. */
 int model_add_unknown(physics_model *m, const char *name, const char *unit, double guess);
 
+/* Whether its fields are other than the outputs of the network. */
+bool model_has_ansatz(const physics_model *m);
+
 /* AD_OK, or why the model is not one: an error of the functions above, no field, no term. */
 ad_status model_check(const physics_model *m, ad_error *error);
 

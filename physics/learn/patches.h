@@ -83,10 +83,10 @@ typedef struct patches_summary {
 } patches_summary;
 
 /* The model must outlive the result. AD_BAD_ARGUMENT: a model without equations inside, with more
- * than four coordinates, or with derivatives beyond the sixth order; points on something else than
- * faces. AD_BAD_INPUT: conditions that do not determine the fields. AD_NOT_FINITE: residuals that
- * are not finite at the start. AD_NO_MEMORY. A fit that has not reached its tolerance is AD_OK: the
- * summary says so. */
+ * than four coordinates, an ansatz of its own, or derivatives beyond the sixth order; points on
+ * something else than faces. AD_BAD_INPUT: conditions that do not determine the fields.
+ * AD_NOT_FINITE: residuals that are not finite at the start. AD_NO_MEMORY. A fit that has not
+ * reached its tolerance is AD_OK: the summary says so. */
 ad_status patches_fit(const physics_model *m, const patches_settings *settings, patches **result,
                       ad_error *error);
 void patches_free(patches *p); /* NULL is fine */

@@ -60,6 +60,7 @@ void patch_grid_clear(patch_grid *grid)
         free(grid->edge[d]);
     }
     free(grid->c);
+    free(grid->slopes);
     *grid = (patch_grid){.dims = 0};
 }
 
@@ -230,7 +231,8 @@ static int find_cell(const patch_grid *grid, int coordinate, double x)
     return low;
 }
 
-double patch_grid_at(const patch_grid *grid, int output, const int *order, const double *x)
+double patch_grid_at(const patch_grid *grid, const double *c, int output, const int *order,
+                     const double *x)
 {
     double line[PATCH_DIMS][PATCH_DEGREE + 1], sum = 0;
     int patch = 0;
@@ -244,8 +246,7 @@ double patch_grid_at(const patch_grid *grid, int output, const int *order, const
             line[d][k] *= pow(half, -order[d]);
         }
     }
-    const double *c = grid->c + ((size_t)patch * (size_t)grid->outputs + (size_t)output) *
-                                    (size_t)grid->functions;
+    c += ((size_t)patch * (size_t)grid->outputs + (size_t)output) * (size_t)grid->functions;
     for (int j = 0; j < grid->functions; j++) {
         double product = c[j];
         for (int d = 0; d < grid->dims; d++) {
@@ -277,7 +278,8 @@ void patch_grid_project(const patch_grid *from, patch_grid *to)
                     const double local = table.local[(size_t)d * (size_t)table.points + (size_t)q];
                     x[d] = edge[0] + (edge[1] - edge[0]) * (1 + local) / 2;
                 }
-                const double value_here = table.weight[q] * patch_grid_at(from, f, none, x);
+                const double value_here =
+                    table.weight[q] * patch_grid_at(from, from->c, f, none, x);
                 for (int j = 0; j < to->functions; j++) {
                     c[j] += value_here * table.phi[0][(size_t)j * (size_t)table.points + (size_t)q];
                 }

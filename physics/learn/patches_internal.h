@@ -62,6 +62,7 @@ typedef struct patch_grid {
     int patches;
     int stride[PATCH_DIMS]; /* patch = sum of cell times stride */
     double *c;              /* [patches][outputs][functions] */
+    double *slopes;         /* of them by the unknowns [unknowns][..]; NULL: none */
 } patch_grid;
 
 /* edges are copied; c is 0. False: no memory. */
@@ -83,8 +84,9 @@ double patch_half(const patch_grid *grid, int patch, int coordinate); /* of its 
 double patch_volume(const patch_grid *grid, int patch);               /* of it */
 double patch_scale(const patch_grid *grid, int patch, const unsigned char *order); /* half^-order */
 
-/* A derivative of an output at a place (clamped into the grid). */
-double patch_grid_at(const patch_grid *grid, int output, const int *order, const double *x);
+/* A derivative of an output at a place (clamped into the grid), by coefficients of the grid. */
+double patch_grid_at(const patch_grid *grid, const double *c, int output, const int *order,
+                     const double *x);
 
 /* Coefficients of `to` become those of the projection of what `from` has there. */
 void patch_grid_project(const patch_grid *from, patch_grid *to);
@@ -127,24 +129,27 @@ typedef struct patch_problem {
 /* Which laws count: those of the start of time alone, or all. */
 typedef enum patch_phase { PATCH_START, PATCH_FIRST, PATCH_LATER } patch_phase;
 
-/* Gauss-Newton steps from grid->c until what is left to go seems below `enough`, relative to the
- * scale of the fields and in root mean square; at most `steps`. A linear problem takes one. Steps
- * that become shorter by a factor leave the last times this factor. `before`: what the window
- * before ends with (PATCH_LATER), or NULL. AD_NOT_FINITE: it diverges; AD_BAD_INPUT: rows do not
- * determine the coefficients. */
+/* What data of a window say of the unknowns: numbers, sum of squares r.r, and J^T J
+ * [unknowns][unknowns], J^T r, with fields that follow the equations. */
+typedef struct patch_misfit {
+    size_t rows;
+    double sum;
+    double jtj[MODEL_UNKNOWNS_MAX * MODEL_UNKNOWNS_MAX], jtr[MODEL_UNKNOWNS_MAX];
+} patch_misfit;
+
 typedef struct patch_outcome {
     int steps;
     double left;
+    patch_misfit misfit;
 } patch_outcome;
 
+/* Gauss-Newton steps from grid->c until what is left to go seems below `enough`, relative to the
+ * scale of the fields and in root mean square; at most `steps`. A linear problem takes one. Steps
+ * that become shorter by a factor leave the last times this factor. Writes grid->slopes, too.
+ * `before`: what the window before ends with (PATCH_LATER), or NULL. AD_NOT_FINITE: it diverges;
+ * AD_BAD_INPUT: rows do not determine the coefficients. */
 ad_status patch_solve(patch_problem *p, patch_grid *grid, patch_phase phase,
                       const patch_grid *before, int steps, double enough, patch_outcome *outcome,
                       ad_error *error);
-
-/* The same, and the unknowns as the data have them: those whose fields, which follow the equations,
- * are nearest to the data (variable projection: Golub & Pereyra, SIAM J. Numer. Anal. 10, 1973).
- * Writes unknowns and deviations. */
-ad_status patch_identify(patch_problem *p, patch_grid *grid, int steps, double enough,
-                         patch_outcome *outcome, ad_error *error);
 
 #endif

@@ -1,5 +1,6 @@
 /* The rows of a window: residuals of the model, what joins patches, what the window before ends
- * with. For patches_solve.c alone. */
+ * with. For patches_solve.c
+ * alone. */
 #ifndef PHYSICS_LEARN_PATCHES_ROWS_H
 #define PHYSICS_LEARN_PATCHES_ROWS_H
 
@@ -33,7 +34,7 @@ typedef struct patch_window {
     patch_rows laws[MODEL_SETS_MAX];
     patch_table low[PATCH_DIMS], high[PATCH_DIMS]; /* of joints */
     patch_table start;                             /* of what the window before ends with, */
-    double *before;                                /* [rows of it][points] */
+    double *before; /* [1 + unknowns][rows of it][points], with slopes */
     int joint_count;
     patch_joint *joints;
 } patch_window;
@@ -43,6 +44,9 @@ typedef struct patch_window {
 ad_status patch_window_create(patch_window *w, patch_problem *p, patch_grid *grid,
                               patch_phase phase, const patch_grid *before, ad_error *error);
 void patch_window_clear(patch_window *w);
+
+/* How many numbers the window before gives, each with its derivatives by the unknowns. */
+size_t patch_before_size(const patch_window *w);
 
 /* Evaluates residuals and their factors at the coefficients of the grid. AD_NOT_FINITE. */
 ad_status patch_window_evaluate(patch_window *w, ad_error *error);
@@ -71,14 +75,7 @@ static inline bool patch_rows_judge(const patch_window *w, const patch_rows *row
     return w->p->unknowns > 0 && rows->law->set->points == MODEL_GIVEN;
 }
 
-/* Of these rows, where the fields change by slopes [unknowns][coefficients] with the unknowns:
- * their number and sum of squares r.r, and J^T J [unknowns][unknowns], J^T r. */
-typedef struct patch_misfit {
-    size_t rows;
-    double sum;
-    double jtj[MODEL_UNKNOWNS_MAX * MODEL_UNKNOWNS_MAX], jtr[MODEL_UNKNOWNS_MAX];
-} patch_misfit;
-
+/* What these rows say, where the coefficients change by slopes [unknowns][stride]. */
 patch_misfit patch_window_misfit(const patch_window *w, const double *slopes, size_t stride);
 
 #endif

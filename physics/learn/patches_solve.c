@@ -457,6 +457,22 @@ static ad_status settle(front *f, int steps, double enough, patch_outcome *outco
     return status;
 }
 
+/* How the fields change with the unknowns, and what the data say of these: by the last step. */
+static ad_status keep_slopes(front *f, patch_outcome *outcome, ad_error *error)
+{
+    patch_grid *grid = f->w->grid;
+    const size_t all = (size_t)grid->patches * f->size;
+    const size_t numbers = (size_t)f->w->p->unknowns * all;
+    double *slopes = realloc(grid->slopes, numbers * sizeof *slopes);
+    if (!slopes) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for unknowns");
+    }
+    memcpy(slopes, f->step + all, numbers * sizeof *slopes);
+    grid->slopes = slopes;
+    outcome->misfit = patch_window_misfit(f->w, slopes, all);
+    return AD_OK;
+}
+
 static ad_status open_window(patch_window *w, front *f, patch_problem *p, patch_grid *grid,
                              patch_phase phase, const patch_grid *before, ad_error *error)
 {
@@ -476,118 +492,15 @@ ad_status patch_solve(patch_problem *p, patch_grid *grid, patch_phase phase,
 {
     patch_window w;
     front f;
-    *outcome = (patch_outcome){0, INFINITY};
+    *outcome = (patch_outcome){.left = INFINITY};
     ad_status status = open_window(&w, &f, p, grid, phase, before, error);
     if (status == AD_OK) {
         status = settle(&f, steps, enough, outcome, error);
+        if (status == AD_OK && p->unknowns > 0) {
+            status = keep_slopes(&f, outcome, error);
+        }
         front_clear(&f);
         patch_window_clear(&w);
     }
-    return status;
-}
-
-/* ---- unknowns -------------------------------------------------------------------------------- */
-
-/* Solves a [n][n] x = -b and writes the diagonal of a^-1; false: a is singular. */
-static bool solve_small(int n, const double *a, const double *b, double *x, double *inverse)
-{
-    double lu[MODEL_UNKNOWNS_MAX * MODEL_UNKNOWNS_MAX];
-    double sides[(MODEL_UNKNOWNS_MAX + 1) * MODEL_UNKNOWNS_MAX] = {0};
-    int pivots[MODEL_UNKNOWNS_MAX];
-    memcpy(lu, a, (size_t)(n * n) * sizeof *lu);
-    for (int i = 0; i < n; i++) {
-        sides[i] = -b[i];
-        sides[(1 + i) * n + i] = 1;
-    }
-    if (ad_dense_lu((size_t)n, lu, pivots) != 0) {
-        return false;
-    }
-    ad_dense_lu_solve((size_t)n, (size_t)n + 1, lu, pivots, sides);
-    for (int i = 0; i < n; i++) {
-        x[i] = sides[i];
-        inverse[i] = sides[(1 + i) * n + i];
-    }
-    return true;
-}
-
-/* From fields and unknowns [all + unknowns] along a step of the unknowns, with the fields after
- * them. */
-static void vary(front *f, const double *from, const double *slopes, const double *step,
-                 double part)
-{
-    patch_problem *p = f->w->p;
-    const size_t all = (size_t)f->w->grid->patches * f->size;
-    memcpy(f->w->grid->c, from, all * sizeof *from);
-    for (int g = 0; g < p->unknowns; g++) {
-        p->unknown[g] = from[all + (size_t)g] + part * step[g];
-        for (size_t i = 0; i < all; i++) {
-            f->w->grid->c[i] += part * step[g] * slopes[(size_t)g * all + i];
-        }
-    }
-}
-
-static ad_status find_unknowns(front *f, int steps, double enough, double *room,
-                               patch_outcome *outcome, ad_error *error)
-{
-    enum { HALVINGS = 12 };
-    patch_problem *p = f->w->p;
-    const size_t all = (size_t)f->w->grid->patches * f->size, unknowns = (size_t)p->unknowns;
-    double *from = room, *slopes = room + all + unknowns, *change = slopes + unknowns * all;
-    ad_status status = settle(f, steps, enough, outcome, error);
-    for (int i = 0; i < steps && status == AD_OK; i++) {
-        double step[MODEL_UNKNOWNS_MAX], inverse[MODEL_UNKNOWNS_MAX], part = 1;
-        bool nearer = false;
-        memcpy(slopes, f->step + all, unknowns * all * sizeof *slopes);
-        memcpy(from, f->w->grid->c, all * sizeof *from);
-        memcpy(from + all, p->unknown, unknowns * sizeof *from);
-        const patch_misfit misfit = patch_window_misfit(f->w, slopes, all);
-        if (!solve_small(p->unknowns, misfit.jtj, misfit.jtr, step, inverse)) {
-            return ad_fail(error, AD_BAD_INPUT, "the data do not determine the unknown numbers");
-        }
-        for (size_t g = 0; g < unknowns; g++) {
-            const double rows = (double)misfit.rows - (double)unknowns;
-            p->deviation[g] = sqrt(fabs(inverse[g]) * misfit.sum / fmax(1, rows));
-        }
-        memset(change, 0, all * sizeof *change);
-        for (size_t g = 0; g < unknowns; g++) {
-            for (size_t k = 0; k < all; k++) {
-                change[k] += step[g] * slopes[g * all + k];
-            }
-        }
-        if (size_of(f, change) <= enough) {
-            break;
-        }
-        for (int k = 0; k < HALVINGS && !nearer; k++, part /= 2) {
-            vary(f, from, slopes, step, part);
-            status = settle(f, steps, enough, outcome, error);
-            nearer = status == AD_OK &&
-                     patch_window_misfit(f->w, slopes, all).sum <= misfit.sum * (1 + 1e-9);
-        }
-        if (!nearer) { /* the data are met as well as may be */
-            vary(f, from, slopes, step, 0);
-            status = settle(f, steps, enough, outcome, error);
-            break;
-        }
-    }
-    return status;
-}
-
-ad_status patch_identify(patch_problem *p, patch_grid *grid, int steps, double enough,
-                         patch_outcome *outcome, ad_error *error)
-{
-    patch_window w;
-    front f;
-    *outcome = (patch_outcome){0, INFINITY};
-    ad_status status = open_window(&w, &f, p, grid, PATCH_FIRST, NULL, error);
-    if (status != AD_OK) {
-        return status;
-    }
-    const size_t all = (size_t)grid->patches * f.size, unknowns = (size_t)p->unknowns;
-    double *room = malloc(((2 + unknowns) * all + unknowns) * sizeof *room);
-    status = room ? find_unknowns(&f, steps, enough, room, outcome, error)
-                  : ad_fail(error, AD_NO_MEMORY, "out of memory for unknowns");
-    free(room);
-    front_clear(&f);
-    patch_window_clear(&w);
     return status;
 }

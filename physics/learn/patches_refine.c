@@ -1,0 +1,190 @@
+/* Degrees and patches: what the last coefficients of a solution say of them. */
+#include "physics/learn/patches_run.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { FUNCTIONS_MAX = 400, CELLS_MAX = 2048 };
+
+static bool even_edges(double **edges, int cells, double low, double high)
+{
+    free(*edges);
+    *edges = malloc(((size_t)cells + 1) * sizeof **edges);
+    for (int i = 0; i <= cells && *edges; i++) {
+        (*edges)[i] = i == cells ? high : low + (high - low) * i / cells;
+    }
+    return *edges != NULL;
+}
+
+/* Degrees that suit a tolerance, a little more along coordinates of derivatives of higher order. */
+static void choose_degrees(patch_run *r)
+{
+    const patch_problem *p = &r->problem;
+    const double digits = fmin(14, fmax(1, -log10(r->local)));
+    double functions = 1;
+    for (int d = 0; d < p->dims; d++) {
+        int order = 0;
+        for (int f = 0; f < p->outputs; f++) {
+            order = p->order[f][d] > order ? p->order[f][d] : order;
+        }
+        const double degree =
+            p->marches && d == patch_time(r) ? 2 + digits + order : 3 + 1.4 * digits + order - 2;
+        r->degree[d] = (int)fmin(PATCH_DEGREE - PATCH_RICHER, fmax(4, round(degree)));
+        functions *= r->degree[d] + 1;
+    }
+    while (functions * p->outputs > FUNCTIONS_MAX) { /* the highest first */
+        int most = 0;
+        for (int d = 1; d < p->dims; d++) {
+            most = r->degree[d] > r->degree[most] ? d : most;
+        }
+        if (r->degree[most] <= 4) {
+            break;
+        }
+        functions *= (double)r->degree[most] / (r->degree[most] + 1);
+        r->degree[most]--;
+    }
+}
+
+bool patch_begin(patch_run *r)
+{
+    const patch_problem *p = &r->problem;
+    choose_degrees(r);
+    int coordinates = p->dims - (p->marches ? 1 : 0);
+    for (int d = 0; d < p->dims; d++) {
+        const domain_coordinate *c = &p->model->domain.coordinates[d];
+        r->cells[d] = p->marches && d == patch_time(r) ? 1 : coordinates == 1 ? 4 : 1;
+        if (!even_edges(&r->edges[d], r->cells[d], c->low, c->high)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* ---- how well a grid resolves
+ * -------------------------------------------------------------------- */
+
+/* Root mean square in a patch of the functions of the last two degrees along a coordinate, relative
+ * to the size of the outputs, the worst of these. */
+static double tail_of(const patch_run *r, const patch_grid *grid, int patch, int coordinate)
+{
+    double worst = 0;
+    for (int f = 0; f < grid->outputs; f++) {
+        const double *c =
+            grid->c + (size_t)patch * patch_grid_size(grid) + (size_t)f * (size_t)grid->functions;
+        double sum = 0;
+        for (int j = 0; j < grid->functions; j++) {
+            int function = j;
+            for (int d = grid->dims - 1; d > coordinate; d--) {
+                function /= grid->degree[d] + 1;
+            }
+            if (function % (grid->degree[coordinate] + 1) >= grid->degree[coordinate] - 1) {
+                sum += c[j] * c[j];
+            }
+        }
+        worst = fmax(worst, sqrt(sum) / r->problem.scale[f]);
+    }
+    return worst;
+}
+
+/* The size of the outputs, as far as is known. *changed: some by more than ten. */
+void patch_find_scale(patch_run *r, const patch_grid *grid, bool *changed)
+{
+    patch_problem *p = &r->problem;
+    double volume = 0, size[PATCH_OUTPUTS] = {0}, most = 0;
+    for (int k = 0; k < grid->patches; k++) {
+        const double part = patch_volume(grid, k);
+        volume += part;
+        for (size_t i = 0; i < patch_grid_size(grid); i++) {
+            const double c = grid->c[(size_t)k * patch_grid_size(grid) + i];
+            size[i / (size_t)grid->functions] += part * c * c;
+        }
+    }
+    *changed = false;
+    for (int f = 0; f < p->outputs; f++) {
+        size[f] = sqrt((r->squares[f] + size[f]) / (r->volume + volume));
+        most = fmax(most, size[f]);
+    }
+    for (int f = 0; f < p->outputs; f++) {
+        const double now = size[f] > 1e-8 * most ? size[f] : most > 0 ? most : 1;
+        *changed = *changed || now > 10 * p->scale[f] || p->scale[f] > 10 * now;
+        p->scale[f] = now;
+    }
+}
+
+/* Cells whose tails are too long are halved; where two neighbours have far shorter ones than needed
+ * they become one (only if `merge`). Returns how many were halved. */
+int patch_refine(patch_run *r, const patch_grid *grid, int coordinate, bool merge)
+{
+    enum { KEEP, HALVE, JOIN };
+    const int cells = grid->cells[coordinate];
+    const double *edge = grid->edge[coordinate];
+    char *what = calloc((size_t)cells, 1);
+    double *tail = calloc((size_t)cells, sizeof *tail), volume = 0;
+    double *edges = malloc((2 * (size_t)cells + 1) * sizeof *edges);
+    int halved = 0, next = 0;
+    if (!what || !tail || !edges) {
+        free(what);
+        free(tail);
+        free(edges);
+        return 0;
+    }
+    for (int k = 0; k < grid->patches; k++) {
+        volume += patch_volume(grid, k);
+    }
+    for (int k = 0; k < grid->patches; k++) {
+        /* by its share of the error: all of the patches together may have the tolerance */
+        const double share = sqrt(patch_volume(grid, k) / volume * grid->patches);
+        double *worst = &tail[patch_cell(grid, k, coordinate)];
+        *worst = fmax(*worst, share * tail_of(r, grid, k, coordinate));
+    }
+    for (int i = 0; i < cells; i++) {
+        const bool can = edge[i + 1] - edge[i] > 1e-9 * (edge[cells] - edge[0]);
+        if (tail[i] > r->local && can && cells + halved < CELLS_MAX) {
+            what[i] = HALVE;
+            halved++;
+        }
+    }
+    const double longer = pow(2, grid->degree[coordinate] + 1);
+    for (int i = 0; i + 1 < cells && merge; i++) {
+        const double ratio = (edge[i + 2] - edge[i + 1]) / (edge[i + 1] - edge[i]);
+        if (what[i] == KEEP && what[i + 1] == KEEP && ratio > 0.49 && ratio < 2.1 && cells > 2 &&
+            fmax(tail[i], tail[i + 1]) * longer * 10 < r->local) {
+            what[i] = JOIN;
+            i++;
+        }
+    }
+    edges[next++] = edge[0];
+    for (int i = 0; i < cells; i++) {
+        if (what[i] == HALVE) {
+            edges[next++] = (edge[i] + edge[i + 1]) / 2;
+        }
+        if (what[i] != JOIN) {
+            edges[next++] = edge[i + 1];
+        }
+    }
+    free(what);
+    free(tail);
+    free(r->edges[coordinate]);
+    r->edges[coordinate] = edges;
+    r->cells[coordinate] = next - 1;
+    return halved;
+}
+
+/* What a window solved on a grid says of its length: the factor it should have had. */
+double patch_length_factor(const patch_run *r, const patch_grid *grid)
+{
+    const int time = patch_time(r);
+    double tail = 0, volume = 0;
+    if (!r->problem.marches) {
+        return 1;
+    }
+    for (int k = 0; k < grid->patches; k++) {
+        volume += patch_volume(grid, k);
+    }
+    for (int k = 0; k < grid->patches; k++) {
+        const double share = sqrt(patch_volume(grid, k) / volume * grid->patches);
+        tail = fmax(tail, share * tail_of(r, grid, k, time));
+    }
+    return fmin(2, 0.9 * pow(r->local / fmax(tail, 1e-300), 1.0 / grid->degree[time]));
+}
