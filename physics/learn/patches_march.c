@@ -173,8 +173,8 @@ static ad_status solve_window(patch_run *r, const window_plan *plan, const patch
     return status;
 }
 
-/* Squares of fields, of what iterations left, and of what unknowns change, over the windows. */
-static void add_window(patch_run *r, const patch_grid *found, const patch_outcome *outcome)
+/* Squares of fields, and of what unknowns change, over the windows. */
+static void add_window(patch_run *r, const patch_grid *found)
 {
     const patch_problem *p = &r->problem;
     const size_t size = patch_grid_size(found), all = (size_t)found->patches * size;
@@ -188,10 +188,6 @@ static void add_window(patch_run *r, const patch_grid *found, const patch_outcom
                 const double slope = found->slopes[g * all + at];
                 r->slopes[g][f] += part * slope * slope;
             }
-        }
-        for (int f = 0; f < found->outputs; f++) {
-            const double off = outcome->left * p->scale[f];
-            r->errors[f] += part * off * off;
         }
     }
 }
@@ -208,7 +204,7 @@ static void add_misfit(patch_misfit *to, const patch_misfit *of, int unknowns)
     }
 }
 
-/* The step that a richer basis would take from what was found. */
+/* The step that a richer basis would take from what was found, and so what iterations left, too. */
 static ad_status judge(patch_run *r, const window_plan *plan, const patch_grid *found,
                        patch_grid *richer, ad_error *error)
 {
@@ -371,7 +367,7 @@ ad_status patch_march(patch_run *r, int attempt, patches_end *end, ad_error *err
             break;
         }
         if (status == AD_OK) {
-            add_window(r, &found, &outcome);
+            add_window(r, &found);
             add_misfit(&r->misfit, &outcome.misfit, p->unknowns);
             status = judge(r, &plan, &found, &richer, error);
         }
