@@ -5,9 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Conditions and joints weigh more than equations, which are to be least beside them; data that
- * nothing unknown is found by weigh less. */
-static const double CONDITION = 10, DATA = 0.1;
+/* Conditions and joints are met as far as polynomials can, 1e-12 or so, and equations are least
+ * beside them. Data that nothing unknown is found by weigh less. */
+static const double CONDITION = 10000, DATA = 0.1;
 
 /* ---- evaluation ------------------------------------------------------------------------------ */
 
