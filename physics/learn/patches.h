@@ -5,11 +5,10 @@
  * smooth in every patch, and a front is followed by small patches. The tape differentiates the
  * residuals of the model by all derivatives of the fields, and Gauss-Newton steps make their
  * squares least. Conditions, and what joins patches (values, and slopes below the order of the
- * equation), are further rows, of such weight that they
- * are met to 1e-12 or so. Time is marched in windows unless something is known of its end or
- * of numbers that all times have in common. Local networks of random functions: Dong & Li, Comput.
- * Methods Appl. Mech. Eng. 387 (2021); least squares with spectral elements: Proot & Gerritsma, J.
- * Sci. Comput. 17 (2002).
+ * equation), are further rows, of such weight that they are met to 1e-11 or so. Time is
+ * marched in windows unless something is known of its end. Local networks of random functions: Dong
+ * & Li, Comput. Methods Appl. Mech. Eng. 387 (2021); least squares with spectral elements: Proot &
+ * Gerritsma, J. Sci. Comput. 17 (2002). Numbers that are found from data go from march to march.
  *
  * A patch is halved along a coordinate where the last coefficients along it are too large, and
  * windows become longer and shorter for the same reason. The error is estimated by another basis,

@@ -253,10 +253,10 @@ double patch_relative(const patch_run *r, const double *errors)
     return sqrt(worst);
 }
 
-/* Rounding leaves some units of the last digit, and more with every window. */
+/* Rounding leaves some hundred units of the last digit at a front, and more with every window. */
 double patch_estimate(const patch_run *r)
 {
-    return hypot(patch_relative(r, r->errors), 4e-15 * sqrt(1 + (double)r->result->count));
+    return hypot(patch_relative(r, r->errors), 2e-14 * sqrt(1 + (double)r->result->count));
 }
 
 bool patches_keep(patches *p, patch_grid *found, patch_grid *richer)

@@ -7,7 +7,7 @@
 
 /* Conditions and joints are met as far as polynomials can, 1e-12 or so, and equations are least
  * beside them. Data that nothing unknown is found by weigh less. */
-static const double CONDITION = 10000, DATA = 0.1;
+static const double CONDITION = 100, DATA = 0.1;
 
 /* ---- evaluation ------------------------------------------------------------------------------ */
 
