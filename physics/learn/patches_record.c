@@ -77,7 +77,6 @@ typedef struct recording {
 /* The field as its Taylor polynomial about p. */
 static ad_value polynomial(const recording *r, int output)
 {
-    ad_tape *tape = r->at.tape;
     ad_value sum = r->jet[output * r->jets->count];
     for (int i = 1; i < r->jets->count; i++) {
         ad_value product = r->jet[output * r->jets->count + i];
@@ -89,7 +88,6 @@ static ad_value polynomial(const recording *r, int output)
         }
         sum = ad_add(sum, product);
     }
-    (void)tape;
     return sum;
 }
 

@@ -190,47 +190,57 @@ size_t patch_own_count(const patch_window *w, int patch)
     return count;
 }
 
-static size_t law_rows(const patch_window *w, const patch_rows *rows, int k,
-                       const patch_block *block, size_t row0)
+/* A row of a law at points q0 .. q0 + count - 1 of a patch, count <= CHUNK, from `row0` on. */
+enum { CHUNK = 256 };
+
+static void law_row(const patch_window *w, const patch_rows *rows, int k, int row, size_t q0,
+                    size_t count, const patch_block *block, size_t row0)
 {
     const patch_law *law = rows->law;
     const patch_table *table = table_of(rows, k);
     const patch_grid *grid = w->grid;
-    const size_t points = (size_t)table->points, from = rows->first[k];
-    double weight[points + 1]; /* some hundreds */
-    for (int row = 0; row < law->rows; row++, row0 += points) {
-        for (size_t q = 0; q < points; q++) {
-            weight[q] = row_weight(w, rows, k, row, q);
-            block->a[block->residual * block->stride + row0 + q] =
-                weight[q] * rows->outputs[row][from + q];
+    const size_t points = (size_t)table->points, from = rows->first[k] + q0;
+    double weight[CHUNK], factor[CHUNK];
+    for (size_t q = 0; q < count; q++) {
+        weight[q] = row_weight(w, rows, k, row, q0 + q);
+        block->a[block->residual * block->stride + row0 + q] =
+            weight[q] * rows->outputs[row][from + q];
+    }
+    for (int i = 0; i < law->entry_count; i++) {
+        const patch_entry *e = &law->entries[i];
+        const double *by = rows->outputs[law->rows + i] + from;
+        if (e->row != row) {
+            continue;
         }
-        for (int i = 0; i < law->entry_count; i++) {
-            const patch_entry *e = &law->entries[i];
-            const double *by = rows->outputs[law->rows + i] + from;
-            if (e->row != row) {
-                continue;
+        if (e->output < 0) {
+            double *column = block->a + (block->unknowns + (size_t)e->jet) * block->stride + row0;
+            for (size_t q = 0; q < count; q++) {
+                column[q] += weight[q] * by[q];
             }
-            if (e->output < 0) {
-                double *column =
-                    block->a + (block->unknowns + (size_t)e->jet) * block->stride + row0;
-                for (size_t q = 0; q < points; q++) {
-                    column[q] += weight[q] * by[q];
-                }
-                continue;
+            continue;
+        }
+        const double scale = patch_scale(grid, rows->patch[k], w->p->jets.order[e->jet]);
+        for (size_t q = 0; q < count; q++) {
+            factor[q] = weight[q] * by[q] * scale;
+        }
+        for (int j = 0; j < grid->functions; j++) {
+            const double *phi = table->phi[e->jet] + (size_t)j * points + q0;
+            double *column =
+                block->a + (size_t)(e->output * grid->functions + j) * block->stride + row0;
+            for (size_t q = 0; q < count; q++) {
+                column[q] += factor[q] * phi[q];
             }
-            double factor[points + 1];
-            const double scale = patch_scale(grid, rows->patch[k], w->p->jets.order[e->jet]);
-            for (size_t q = 0; q < points; q++) {
-                factor[q] = weight[q] * by[q] * scale;
-            }
-            for (int j = 0; j < grid->functions; j++) {
-                const double *phi = table->phi[e->jet] + (size_t)j * points;
-                double *column =
-                    block->a + (size_t)(e->output * grid->functions + j) * block->stride + row0;
-                for (size_t q = 0; q < points; q++) {
-                    column[q] += factor[q] * phi[q];
-                }
-            }
+        }
+    }
+}
+
+static size_t law_rows(const patch_window *w, const patch_rows *rows, int k,
+                       const patch_block *block, size_t row0)
+{
+    const size_t points = (size_t)table_of(rows, k)->points;
+    for (int row = 0; row < rows->law->rows; row++, row0 += points) {
+        for (size_t q = 0; q < points; q += CHUNK) {
+            law_row(w, rows, k, row, q, points - q < CHUNK ? points - q : CHUNK, block, row0 + q);
         }
     }
     return row0;

@@ -44,13 +44,12 @@ static bool touches(const patch_grid *grid, int patch, const int *end)
 
 /* ---- points ---------------------------------------------------------------------------------- */
 
-static bool wants_of(const patch_problem *p, const patch_law *law, bool *wanted)
+static void wants_of(const patch_problem *p, const patch_law *law, bool *wanted)
 {
     memset(wanted, 0, PATCH_JETS * sizeof *wanted);
     for (int i = 0; i < p->outputs * p->jets.count; i++) {
         wanted[i % p->jets.count] = wanted[i % p->jets.count] || law->uses[i];
     }
-    return true;
 }
 
 static bool rows_list(patch_rows *rows, int patches)
