@@ -202,12 +202,55 @@ static void test_inertia(void **state)
     free(s);
 }
 
+/* Sums of products of columns are those of all rows, however they became a triangle. */
+static void test_triangle(void **state)
+{
+    (void)state;
+    enum { N = 40, MORE = 3, WIDE = N + MORE, FIRST = 70, SECOND = 33 };
+    double *a = random_matrix(WIDE * FIRST), *b = random_matrix(WIDE * SECOND);
+    double gram[WIDE * WIDE] = {0}, *work = new_numbers(AD_DENSE_TRIANGLE_WORK(WIDE));
+    for (int i = 0; i < WIDE; i++) {
+        for (int j = 0; j < WIDE; j++) {
+            for (int k = 0; k < FIRST; k++) {
+                gram[i * WIDE + j] += a[i * FIRST + k] * a[j * FIRST + k];
+            }
+            for (int k = 0; k < SECOND; k++) {
+                gram[i * WIDE + j] += b[i * SECOND + k] * b[j * SECOND + k];
+            }
+        }
+    }
+    ad_dense_triangle(FIRST, WIDE, a, FIRST, work);
+    for (int j = 0; j < WIDE; j++) {
+        for (int i = j + 1; i < FIRST; i++) {
+            assert_true(a[j * FIRST + i] == 0);
+        }
+    }
+    /* the first N columns alone: what is right of them goes along, in both */
+    ad_dense_triangle_add(N, SECOND, WIDE, a, FIRST, b, SECOND, work);
+    for (int i = 0; i < WIDE; i++) {
+        for (int j = 0; j < WIDE; j++) {
+            double sum = 0;
+            for (int k = 0; k <= (i < j ? i : j); k++) {
+                sum += a[i * FIRST + k] * a[j * FIRST + k];
+            }
+            for (int k = 0; k < SECOND && i >= N && j >= N; k++) {
+                sum += b[i * SECOND + k] * b[j * SECOND + k];
+            }
+            assert_near(sum, gram[i * WIDE + j], 1e-12); /* sums of some 100 products */
+        }
+    }
+    free(a);
+    free(b);
+    free(work);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_gram),      cmocka_unit_test(test_basis),
         cmocka_unit_test(test_inertia),   cmocka_unit_test(test_cholesky),
         cmocka_unit_test(test_no_factor), cmocka_unit_test(test_lu),
+        cmocka_unit_test(test_triangle),
     };
     ad_error error;
     if (ad_dense_load(&error) != AD_OK) {
