@@ -55,7 +55,7 @@ static void summarize(patch_run *r, patches_end end)
     s->unknowns = r->problem.unknowns;
     memcpy(s->unknown, r->problem.unknown, sizeof s->unknown);
     memcpy(s->deviation, r->problem.deviation, sizeof s->deviation);
-    s->seconds = patch_seconds() - r->began;
+    s->seconds = patch_now() - r->began;
 }
 
 /* A run that ended early gives way to one before it that covered all of time. */
@@ -189,7 +189,7 @@ ad_status patches_fit(const physics_model *m, const patches_settings *settings, 
     }
     patch_problem *p = &r->problem;
     r->result = *result;
-    r->began = patch_seconds();
+    r->began = patch_now();
     (*result)->model = m;
     ad_status status = check_model(m, error);
     if (status == AD_OK) {
@@ -198,6 +198,7 @@ ad_status patches_fit(const physics_model *m, const patches_settings *settings, 
     if (status == AD_OK) {
         p->model = m;
         p->settings = settings;
+        p->deadline = r->began + settings->seconds;
         p->dims = m->domain.count;
         p->outputs = m->outputs;
         p->unknowns = m->own_unknown_count;
@@ -207,6 +208,12 @@ ad_status patches_fit(const physics_model *m, const patches_settings *settings, 
         }
         patch_jets_fill(&p->jets, p->dims);
         status = record_laws(p, error);
+    }
+    for (int i = 0; i < p->unknowns && status == AD_OK; i++) {
+        p->unknown[i] = m->own_unknowns[i].guess;
+    }
+    if (status == AD_OK && !patch_look(p, &r->panels)) {
+        status = patch_no_memory(error);
     }
     if (status == AD_OK) {
         status = fit(r, error);

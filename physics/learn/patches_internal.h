@@ -9,7 +9,8 @@ enum {
     PATCH_ORDER = 7,   /* derivatives of this order are looked for, to refuse them */
     PATCH_JETS = 330,  /* derivatives by four coordinates up to this order */
     PATCH_DEGREE = 30, /* largest along a coordinate */
-    PATCH_OUTPUTS = MODEL_COLUMNS_MAX
+    PATCH_OUTPUTS = MODEL_COLUMNS_MAX,
+    PATCH_PANELS_MAX = 512
 };
 
 /* ---- recording ------------------------------------------------------------------------------- */
@@ -124,7 +125,19 @@ typedef struct patch_problem {
     double scale[PATCH_OUTPUTS];          /* the size of the outputs */
     double unknown[MODEL_UNKNOWNS_MAX];
     double deviation[MODEL_UNKNOWNS_MAX];
+    double deadline; /* of patch_now */
 } patch_problem;
+
+double patch_now(void); /* s */
+
+/* Edges along coordinates between which formulas of equations and conditions are smooth. */
+typedef struct patch_panels {
+    int count[PATCH_DIMS];
+    double edge[PATCH_DIMS][PATCH_PANELS_MAX]; /* ascending */
+} patch_panels;
+
+/* False: no memory. */
+bool patch_look(const patch_problem *p, patch_panels *panels);
 
 /* Which laws count: those of the start of time alone, or all. */
 typedef enum patch_phase { PATCH_START, PATCH_FIRST, PATCH_LATER } patch_phase;

@@ -4,7 +4,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 enum { ROUNDS = 24 }; /* of refinement in a window */
 
@@ -13,16 +12,9 @@ ad_status patch_no_memory(ad_error *error)
     return ad_fail(error, AD_NO_MEMORY, "out of memory for patches");
 }
 
-double patch_seconds(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
 bool patch_time_over(const patch_run *r)
 {
-    return patch_seconds() - r->began > r->problem.settings->seconds;
+    return patch_now() > r->problem.deadline;
 }
 
 /* ---- a window -------------------------------------------------------------------------------- */
@@ -296,7 +288,7 @@ static bool goes_on(const patch_run *r, int attempt, double done)
                                   .window = p->count,
                                   .done = done,
                                   .estimate = patch_estimate(r),
-                                  .seconds = patch_seconds() - r->began,
+                                  .seconds = patch_now() - r->began,
                                   .patches =
                                       p->count > 0 ? p->window[p->count - 1].found.patches : 0};
     return !s->progress || s->progress(s->context, &now);
@@ -306,7 +298,7 @@ static bool goes_on(const patch_run *r, int attempt, double done)
  */
 static bool is_late(const patch_run *r, double since, double done)
 {
-    const double now = patch_seconds(), all = (now - since) / done;
+    const double now = patch_now(), all = (now - since) / done;
     return now - r->began + 4 * all > r->problem.settings->seconds;
 }
 
@@ -319,7 +311,7 @@ ad_status patch_march(patch_run *r, int attempt, patches_end *end, ad_error *err
     const int time = patch_time(r);
     const domain_coordinate *t = p->marches ? &p->model->domain.coordinates[time] : NULL;
     const double low = t ? t->low : 0, high = t ? t->high : 1, all = high - low;
-    const double since = patch_seconds();
+    const double since = patch_now();
     double now = low, length = all / 8;
     patch_grid guess = {.dims = 0}, found = {.dims = 0}, richer = {.dims = 0};
     ad_status status = AD_OK;
@@ -340,9 +332,10 @@ ad_status patch_march(patch_run *r, int attempt, patches_end *end, ad_error *err
     }
     while (status == AD_OK && now < high) {
         const bool last = now + 1.01 * length >= high;
+        const double far = last || !p->marches ? high : now + length;
         const solved *ended = result->count > 0 ? &result->window[result->count - 1] : NULL;
         const window_plan plan = {.begin = now,
-                                  .end = last || !p->marches ? high : now + length,
+                                  .end = p->marches ? patch_panel_end(r, now, far) : far,
                                   .phase = ended ? PATCH_LATER : PATCH_FIRST,
                                   .before = ended ? &ended->found : NULL,
                                   .richer_before = ended ? &ended->richer : NULL};
@@ -362,7 +355,7 @@ ad_status patch_march(patch_run *r, int attempt, patches_end *end, ad_error *err
             continue;
         }
         if (failed) {
-            *end = PATCHES_DIVERGED;
+            *end = patch_time_over(r) ? PATCHES_TIME_OVER : PATCHES_DIVERGED;
             status = AD_OK;
             break;
         }
@@ -370,6 +363,11 @@ ad_status patch_march(patch_run *r, int attempt, patches_end *end, ad_error *err
             add_window(r, &found);
             add_misfit(&r->misfit, &outcome.misfit, p->unknowns);
             status = judge(r, &plan, &found, &richer, error);
+        }
+        if (status == AD_NOT_FINITE && patch_time_over(r)) { /* no answer without an estimate */
+            *end = PATCHES_TIME_OVER;
+            status = AD_OK;
+            break;
         }
         if (status != AD_OK) {
             break;

@@ -7,16 +7,6 @@
 
 enum { FUNCTIONS_MAX = 400, CELLS_MAX = 2048 };
 
-static bool even_edges(double **edges, int cells, double low, double high)
-{
-    free(*edges);
-    *edges = malloc(((size_t)cells + 1) * sizeof **edges);
-    for (int i = 0; i <= cells && *edges; i++) {
-        (*edges)[i] = i == cells ? high : low + (high - low) * i / cells;
-    }
-    return *edges != NULL;
-}
-
 /* Degrees that suit a tolerance, a little more along coordinates of derivatives of higher order. */
 static void choose_degrees(patch_run *r)
 {
@@ -46,19 +36,64 @@ static void choose_degrees(patch_run *r)
     }
 }
 
+/* Even cells, and the edges of panels that are not at theirs. */
+static bool begin_edges(patch_run *r, int d, int even, int panels)
+{
+    const domain_coordinate *c = &r->problem.model->domain.coordinates[d];
+    const double apart = 1e-9 * (c->high - c->low);
+    double *edges = malloc(((size_t)even + (size_t)panels + 1) * sizeof *edges);
+    int count = 0, next = 0;
+    for (int i = 0; i <= even && edges; i++) {
+        const double edge = i == even ? c->high : c->low + (c->high - c->low) * i / even;
+        while (next < panels && r->panels.edge[d][next] < edge + apart) {
+            const double panel = r->panels.edge[d][next++];
+            if (count > 0 && panel - edges[count - 1] > apart && edge - panel > apart) {
+                edges[count++] = panel;
+            }
+        }
+        edges[count++] = edge;
+    }
+    free(r->edges[d]);
+    r->edges[d] = edges;
+    r->cells[d] = count - 1;
+    return edges != NULL;
+}
+
 bool patch_begin(patch_run *r)
 {
     const patch_problem *p = &r->problem;
     choose_degrees(r);
     int coordinates = p->dims - (p->marches ? 1 : 0);
     for (int d = 0; d < p->dims; d++) {
-        const domain_coordinate *c = &p->model->domain.coordinates[d];
-        r->cells[d] = p->marches && d == patch_time(r) ? 1 : coordinates == 1 ? 4 : 1;
-        if (!even_edges(&r->edges[d], r->cells[d], c->low, c->high)) {
+        const bool is_time = p->marches && d == patch_time(r);
+        const int even = !is_time && coordinates == 1 ? 4 : 1;
+        if (!begin_edges(r, d, even, is_time ? 0 : r->panels.count[d])) {
             return false;
         }
     }
     return true;
+}
+
+double patch_panel_end(const patch_run *r, double begin, double end)
+{
+    const int time = patch_time(r);
+    for (int i = 0; i < r->panels.count[time]; i++) {
+        const double edge = r->panels.edge[time][i];
+        if (edge > begin + 1e-10 * (end - begin) && edge < end) {
+            return edge;
+        }
+    }
+    return end;
+}
+
+static bool is_panel(const patch_run *r, int coordinate, double edge)
+{
+    for (int i = 0; i < r->panels.count[coordinate]; i++) {
+        if (r->panels.edge[coordinate][i] == edge) {
+            return true;
+        }
+    }
+    return false;
 }
 
 /* ---- how well a grid resolves
@@ -149,6 +184,7 @@ int patch_refine(patch_run *r, const patch_grid *grid, int coordinate, bool merg
     for (int i = 0; i + 1 < cells && merge; i++) {
         const double ratio = (edge[i + 2] - edge[i + 1]) / (edge[i + 1] - edge[i]);
         if (what[i] == KEEP && what[i + 1] == KEEP && ratio > 0.49 && ratio < 2.1 && cells > 2 &&
+            !is_panel(r, coordinate, edge[i + 1]) &&
             fmax(tail[i], tail[i + 1]) * longer * 10 < r->local) {
             what[i] = JOIN;
             i++;

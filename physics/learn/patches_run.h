@@ -30,6 +30,7 @@ typedef struct patch_run {
     int cells[PATCH_DIMS];
     double *edges[PATCH_DIMS]; /* of the next window */
     int degree[PATCH_DIMS];
+    patch_panels panels; /* of the formulas: their edges stay */
     /* over the windows so far: of the fields, of their errors, of what unknowns do */
     double squares[PATCH_OUTPUTS], errors[PATCH_OUTPUTS], varied[PATCH_OUTPUTS], volume;
     double slopes[MODEL_UNKNOWNS_MAX][PATCH_OUTPUTS]; /* squares of what unknowns change */
@@ -43,13 +44,15 @@ static inline int patch_time(const patch_run *r)
 }
 
 ad_status patch_no_memory(ad_error *error);
-double patch_seconds(void);
 bool patch_time_over(const patch_run *r);
 
 /* ---- patches_refine.c: what patches there are ------------------------------------------------ */
 
 /* Degrees that suit r->local, and the patches to begin with. False: no memory. */
 bool patch_begin(patch_run *r);
+
+/* Where a window that begins there ends at most: with the panel of time. */
+double patch_panel_end(const patch_run *r, double begin, double end);
 
 /* Root mean squares of the fields so far become their scale. *changed: some by more than ten. */
 void patch_find_scale(patch_run *r, const patch_grid *grid, bool *changed);

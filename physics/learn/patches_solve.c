@@ -13,6 +13,14 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
+
+double patch_now(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
 
 typedef struct front {
     patch_window *w;
@@ -182,12 +190,20 @@ static ad_status front_create(front *f, patch_window *w, ad_error *error)
 
 /* ---- elimination ----------------------------------------------------------------------------- */
 
+static bool is_late(const front *f)
+{
+    return patch_now() > f->w->p->deadline;
+}
+
 /* The own rows of a patch become a triangle. */
 static void reduce_own(void *context, int patch, int thread)
 {
     front *f = context;
     const size_t rows = patch_own_count(f->w, patch), own = own_columns(f);
     double *a = f->room[thread], *work = a + own * f->height;
+    if (is_late(f)) {
+        return;
+    }
     memset(a, 0, own * f->height * sizeof *a);
     patch_own_rows(
         f->w, patch,
@@ -274,7 +290,7 @@ static bool is_sound(const double *r, size_t stride, size_t n)
     return n == 0 || least > 1e-14 * most;
 }
 
-/* False: some coefficients are not determined. */
+/* False: some coefficients are not determined, or it is late. */
 static bool eliminate(front *f)
 {
     const size_t columns = columns_of(f), size = f->size, own = own_columns(f);
@@ -285,6 +301,9 @@ static bool eliminate(front *f)
         const int patch = k + f->pinned;
         const size_t kept = f->own_rows[patch] < size ? f->own_rows[patch] : size;
         double *r = f->r + (size_t)k * columns * size;
+        if (is_late(f)) {
+            return false;
+        }
         memset(r, 0, columns * size * sizeof *r);
         put_own(f, patch, 0, kept, r, size, 0);
         if (f->width <= 2) { /* rows from before end in this patch: what is left is global */
@@ -383,10 +402,13 @@ static ad_status take_step(front *f, double *moved, ad_error *error)
     const patch_problem *p = f->w->p;
     const size_t all = (size_t)f->w->grid->patches * f->size, unknowns = (size_t)p->unknowns;
     ad_pool_run(p->settings->pool, f->w->grid->patches, reduce_own, f);
-    if (!eliminate(f)) {
-        return ad_fail(error, AD_BAD_INPUT,
-                       "the equations with their conditions do not determine the fields: is a "
-                       "condition missing, or an equation twice?");
+    if (is_late(f) || !eliminate(f)) {
+        return is_late(f)
+                   ? ad_fail(error, AD_NOT_FINITE, "the time is over")
+                   : ad_fail(
+                         error, AD_BAD_INPUT,
+                         "the equations with their conditions do not determine the fields: is a "
+                         "condition missing, or an equation twice?");
     }
     solve_side(f, unknowns, f->step);
     for (size_t i = 0; i < unknowns; i++) {

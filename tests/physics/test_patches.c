@@ -77,6 +77,39 @@ static double heat(const double *x)
     return exp(-0.3 * pi * pi * x[1]) * sin(pi * x[0]);
 }
 
+/* G'' = exp(-(x/w)^2) */
+static double bump(double x, double w)
+{
+    const double z = x / w;
+    return w * w * (sqrt(pi) / 2 * z * erf(z) + exp(-z * z) / 2);
+}
+
+static double narrow_source(const double *x)
+{
+    const double w = 1e-4, c = 0.437;
+    return sin(pi * x[0]) +
+           100 * (bump(x[0] - c, w) - bump(-c, w) * (1 - x[0]) - bump(1 - c, w) * x[0]);
+}
+
+static double pulse(const double *x)
+{
+    const double w = 1e-4, c = 0.6137, z = (x[1] - c) / w;
+    const double after =
+        exp(c - x[1] + w * w / 4) * sqrt(pi) / 2 * (erf(z - w / 2) + erf(c / w + w / 2));
+    return sin(pi * x[0]) * (exp(-x[1]) + after);
+}
+
+static double spot(const double *x)
+{
+    const double w = 0.004, z = (x[0] - 0.437) / w;
+    return 1 + exp(-z * z) * sqrt(pi) / 2 * (erf((x[1] - 0.6137) / w) + 1);
+}
+
+static double late_decay(const double *x)
+{
+    return exp(-5 * fmax(0, x[0] - 0.7123));
+}
+
 static double heat_of_range(const double *x) /* x, t, k */
 {
     return exp(-x[2] * pi * pi * x[1]) * sin(pi * x[0]);
@@ -234,6 +267,35 @@ static const example examples[] = {
       "10*x^2*(1 - x)^2*exp(x) - 50*(x^2*(1 - x)^2*exp(x))^3"},
      {{"x", 0, "w", "0"}, {"x", 1, "w", "0"}, {"x", 0, "w_x", "0"}, {"x", 1, "w_x", "0"}},
      beam,
+     1e-9},
+    /* what the first patches and windows do not see */
+    {"narrow source",
+     {X(0, 1)},
+     {"u"},
+     {"u_xx + pi^2*sin(pi*x) - 100*exp(-((x - 0.437)/1e-4)^2)"},
+     {{"x", 0, "u", "0"}, {"x", 1, "u", "0"}},
+     narrow_source,
+     1e-6},
+    {"pulse",
+     {X(0, 1), T(1)},
+     {"u"},
+     {"u_t - u_xx/pi^2 - sin(pi*x)*exp(-((t - 0.6137)/1e-4)^2)/1e-4"},
+     {{"t", 0, "u", "sin(pi*x)"}, {"x", 0, "u", "0"}, {"x", 1, "u", "0"}},
+     pulse,
+     1e-5},
+    {"spot",
+     {X(0, 1), T(1)},
+     {"u"},
+     {"u_t - exp(-((x - 0.437)/0.004)^2 - ((t - 0.6137)/0.004)^2)/0.004"},
+     {{"t", 0, "u", "1"}},
+     spot,
+     1e-5},
+    {"jump of a coefficient",
+     {T(1)},
+     {"u"},
+     {"u_t + where(t - 0.7123, 5, 0)*u"},
+     {{"t", 0, "u", "1"}},
+     late_decay,
      1e-9},
 };
 
