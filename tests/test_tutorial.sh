@@ -44,7 +44,7 @@ equations() {
         wire_run/history.csv
     run 2 ./wire nonsense
     run 0 ./front
-    said stdout.txt 'residuals are still large .*take hidden layers and ssbroyden in place of waves'
+    said stdout.txt 'residuals are still large .*cpinn_fit_equations or patches_fit'
     run 1 ./wire train # over the run that is there
     said stderr.txt 'wire_run: there is a run already'
 }

@@ -48,6 +48,8 @@ static void test_circle(void **state)
     }
     assert_int_equal(verdict_worst(cpinn_verdict(trained)), VERDICT_ERROR_UNKNOWN);
     assert_int_equal(verdict_outcome_of(cpinn_verdict(trained)), VERDICT_WARNING);
+    assert_non_null(
+        strstr(verdict_text(cpinn_verdict(trained)), "cpinn_fit_equations or patches_fit"));
     evaluator *e = NULL;
     assert_int_equal(cpinn_evaluator(trained, "y y_x", &e, NULL), AD_OK);
     assert_string_equal(evaluator_column_name(e, 1), "y_x");

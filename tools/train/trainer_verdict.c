@@ -2,6 +2,7 @@
 #include "physics/beam/beam.h"
 #include "physics/check/plausible.h"
 #include "physics/learn/motion_network.h"
+#include "physics/learn/patches.h"
 #include "physics/solve/solve.h"
 #include "physics/solve/stability.h"
 #include "tools/train/trainer_internal.h"
@@ -303,6 +304,17 @@ static const char *mend(const trainer *t)
                                                       : "more network.fourier.features";
 }
 
+/* What else there is for equations of one's own, or NULL: they have no keys, and neither more waves
+ * nor larger layers help all of them. */
+static const char *solved_by(const trainer *t)
+{
+    const physics_model *m = t->e->model;
+    return m->has_scene || m->domain.count > PATCHES_COORDINATES_MAX
+               ? NULL
+               : "cpinn_fit_equations or patches_fit (cpinn-fit) solves such equations to a "
+                 "tolerance, with an estimate of the error";
+}
+
 static void judge_estimate(const trainer *t, verdict *result)
 {
     const double estimate = trainer_estimate(t), most = bound(t);
@@ -317,10 +329,11 @@ static void judge_estimate(const trainer *t, verdict *result)
                                             : ", by what the equations move it",
                     mend(t));
     } else if (isnan(estimate) && !t->e->targets) {
-        verdict_add(result, VERDICT_ERROR_UNKNOWN,
-                    "the error of the answer is not known%s%s; compare with a known case, or with "
-                    "a second training of another kind of network, waves or hidden layers",
-                    *t->info.unknown ? ": " : "", t->info.unknown);
+        verdict_add(result, VERDICT_ERROR_UNKNOWN, "the error of the answer is not known%s%s; %s",
+                    *t->info.unknown ? ": " : "", t->info.unknown,
+                    solved_by(t) ? solved_by(t)
+                                 : "compare with a known case, or with a second training of "
+                                   "another kind of network, waves or hidden layers");
     }
 }
 
@@ -350,19 +363,6 @@ static void judge_members(const trainer *t, verdict *result)
     }
 }
 
-/* Beside longer training. A front of a width of 0.01 of its coordinate, by Burgers' equation, was
- * off by 8e-1 with 400 waves and with 800, and by 1e-7 with three layers of 20 and 1000 steps. */
-static const char *what_helps(const trainer *t)
-{
-    const nn_mlp_settings *network = &t->e->settings->network;
-    return !t->e->is_lent ? "its dimensionless numbers show what makes this scene hard"
-           : network->hidden_count == 0
-               ? "take hidden layers and ssbroyden in place of waves, as fronts and thin layers "
-                 "need (network.hidden, stages[0].optim.method); or, of what is smooth, more "
-                 "network.fourier_features"
-               : "take more losses.interior.points, a larger network.hidden, or ssbroyden";
-}
-
 static void judge_held_out(const trainer *t, verdict *result)
 {
     int window = 0, windows = t->e->scene->windows;
@@ -373,8 +373,10 @@ static void judge_held_out(const trainer *t, verdict *result)
     }
     if (!converged) {
         verdict_add(result, VERDICT_NOT_CONVERGED,
-                    "residuals are still large%s on points never trained on; train longer, or %s",
-                    where, what_helps(t));
+                    "residuals are still large%s on points never trained on; %s", where,
+                    solved_by(t) ? solved_by(t)
+                                 : "train longer, or its dimensionless numbers show what makes "
+                                   "this scene hard");
     }
 }
 
