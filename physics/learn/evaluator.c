@@ -212,7 +212,8 @@ static ad_status build(evaluator *e, const evaluator_model *model, int later, ad
         }
     } else {
         model_record_unknowns(physics, model->mlp, true, &at);
-        ad_value input = domain_network_input(&e->domain, &at);
+        ad_value input = physics->call.input ? physics->call.input(physics, &at)
+                                             : domain_network_input(&e->domain, &at);
         physics->call.ansatz(physics, &at, nn_mlp_record_combined(model->mlp, input, 0), fields);
         physics->call.observe(physics, &at, fields, observed);
     }

@@ -498,9 +498,11 @@ int model_add_condition(physics_model *m, const char *name, model_condition cond
                       "16, each of a row of a field that has been added, with a function that "
                       "records its value");
     }
-    m->conditions[m->condition_count] = condition;
-    return model_add_term(m, name, model_add_face(m, name, c->coordinate, end), 100,
-                          condition_residual, &m->conditions[m->condition_count++]);
+    const int next = m->condition_count++;
+    m->conditions[next] = condition;
+    m->condition_terms[next] = model_add_term(m, name, model_add_face(m, name, c->coordinate, end),
+                                              100, condition_residual, &m->conditions[next]);
+    return m->condition_terms[next];
 }
 
 int model_add_unknown(physics_model *m, const char *name, const char *unit, double guess)

@@ -212,6 +212,8 @@ struct physics_model {
     model_term terms[MODEL_TERMS_MAX];
     int condition_count;
     model_condition conditions[MODEL_SETS_MAX];
+    int condition_terms[MODEL_SETS_MAX];
+    bool exact[MODEL_SETS_MAX]; /* see model_for_network */
     int own_unknown_count;
     model_unknown own_unknowns[MODEL_UNKNOWNS_MAX];
 
@@ -309,6 +311,16 @@ int model_add_condition(physics_model *m, const char *name, model_condition cond
 /* A number that is found from data; residuals have it as row `index` of at->unknowns, in its unit
  * of the SI (static text, may be ""). Models with such numbers are solved by patches_fit. */
 int model_add_unknown(physics_model *m, const char *name, const char *unit, double guess);
+
+/* The model as networks have it, which points into this one; training makes it by itself.
+ * Conditions are built into its fields, and their terms left out by weight 0, where a row is given
+ * on faces with all slopes below the highest, the third at most. Faces have to agree where they
+ * meet, and with periodic coordinates. Other conditions stay terms. What is periodic enters a
+ * network by its sine and cosine. */
+ad_status model_for_network(const physics_model *m, physics_model **result, ad_error *error);
+
+/* Of such a model: whether a term is a condition that its fields meet whatever the network is. */
+bool model_condition_is_exact(const physics_model *m, int term);
 
 /* Whether its fields are other than the outputs of the network. */
 bool model_has_ansatz(const physics_model *m);

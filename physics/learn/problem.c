@@ -92,10 +92,10 @@ ad_status problem_create(const physics_model *m, const nn_mlp *mlp,
     *result = NULL;
     ad_status sound = model_check(m, error);
     for (int i = 0; i < m->domain.count && sound == AD_OK; i++) {
-        if (m->domain.coordinates[i].periodic || m->own_unknown_count > 0) {
+        if ((m->domain.coordinates[i].periodic && !m->call.input) || m->own_unknown_count > 0) {
             sound = ad_fail(error, AD_BAD_ARGUMENT,
                             "model: periodic coordinates and unknown numbers; allowed: with "
-                            "patches_fit, not with the training of networks");
+                            "patches_fit; periodic ones with model_for_network, too");
         }
     }
     const char *wrong = sound == AD_OK ? problem_settings_check(settings, m) : NULL;

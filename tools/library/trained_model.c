@@ -23,6 +23,7 @@ struct cpinn_model {
     size_t count;
     double *rows;             /* [count][columns] */
     train_settings *settings; /* of physics of one's own: */
+    physics_model *physics;   /* of one's own, as networks have it */
     experiment_own own;
 };
 
@@ -38,6 +39,7 @@ void cpinn_free(cpinn_model *model)
         session_free(&model->s);
         free(model->rows);
         free(model->settings);
+        model_free(model->physics);
         free(model);
     }
 }
@@ -205,8 +207,10 @@ static ad_status make_own(physics_model *physics, const train_settings *settings
         return hand_over(made, ad_fail(error, AD_NO_MEMORY, "out of memory for settings"), result);
     }
     *made->settings = settings ? *settings : train_settings_default();
-    made->own = (experiment_own){.model = physics, .settings = made->settings};
-    return hand_over(made, settle(made->settings, physics, error), result);
+    status = model_for_network(physics, &made->physics, error);
+    made->own = (experiment_own){.model = made->physics, .settings = made->settings};
+    return hand_over(made, status == AD_OK ? settle(made->settings, made->physics, error) : status,
+                     result);
 }
 
 static ad_status train_own(cpinn_model *model, physics_model *physics, ad_error *error)
@@ -230,7 +234,7 @@ ad_status cpinn_train_physics(physics_model *physics, const train_settings *sett
     }
     cpinn_model *made = *model;
     made->options = options ? *options : (cpinn_options){.threads = 0};
-    return hand_over(made, train_own(made, physics, error), model);
+    return hand_over(made, train_own(made, made->physics, error), model);
 }
 
 ad_status cpinn_save(cpinn_model *model, const char *path, ad_error *error)
@@ -318,8 +322,9 @@ ad_status cpinn_open_physics(const char *path, physics_model *physics,
 {
     AD_LEAVE_HOST;
     ad_status status = make_own(physics, settings, model, error);
-    return status == AD_OK ? hand_over(*model, open_own(*model, physics, path, error), model)
-                           : status;
+    return status == AD_OK
+               ? hand_over(*model, open_own(*model, (*model)->physics, path, error), model)
+               : status;
 }
 
 /* ---- looking ------------------------------------------------------------------------------- */

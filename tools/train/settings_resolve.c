@@ -490,12 +490,16 @@ static void resolve_waves(train_settings *settings, const domain *d)
 {
     nn_mlp_settings *network = &settings->network;
     double usual = d->count == 1 ? AT_REST : IN_MOTION, product = 1;
-    for (int i = 0; i < d->count; i++) {
+    for (int i = 0, input = 0; i < d->count; i++) {
         const domain_coordinate *c = &d->coordinates[i];
         double half = (c->high - c->low) * c->scale / 2;
         double given = i == d->time ? settings->fourier_frequency : settings->fourier_wavenumber;
-        network->fourier_bandwidth[i] = isnan(given) ? usual : given * half;
-        product *= network->fourier_bandwidth[i];
+        const double bandwidth = isnan(given) ? usual : given * half;
+        /* cos(b sin) has harmonics up to b, of pi b */
+        for (int k = 0; k < (c->periodic ? 2 : 1); k++) {
+            network->fourier_bandwidth[input++] = c->periodic ? bandwidth / 3 : bandwidth;
+        }
+        product *= bandwidth;
     }
     if (is_open(network->fourier_features)) {
         double count = d->count == 1 ? 2 * product : fmax(FEATURES_LEAST, 1.4 * product);
