@@ -47,7 +47,8 @@ bool patch_grid_create(patch_grid *grid, int dims, int outputs, const int *cells
     }
     number_patches(grid);
     grid->c = calloc((size_t)grid->patches * patch_grid_size(grid), sizeof *grid->c);
-    if (!has_memory || !grid->c) {
+    grid->missed = calloc((size_t)grid->patches, sizeof *grid->missed);
+    if (!has_memory || !grid->c || !grid->missed) {
         patch_grid_clear(grid);
         return false;
     }
@@ -60,6 +61,7 @@ void patch_grid_clear(patch_grid *grid)
         free(grid->edge[d]);
     }
     free(grid->c);
+    free(grid->missed);
     free(grid->slopes);
     *grid = (patch_grid){.dims = 0};
 }

@@ -63,6 +63,7 @@ typedef struct patch_grid {
     int patches;
     int stride[PATCH_DIMS]; /* patch = sum of cell times stride */
     double *c;              /* [patches][outputs][functions] */
+    double *missed;         /* [patches], by equations that are not met there: patches_rows.h */
     double *slopes;         /* of them by the unknowns [unknowns][..]; NULL: none */
 } patch_grid;
 

@@ -224,6 +224,12 @@ static ad_status judge(patch_run *r, const window_plan *plan, const patch_grid *
         r->errors[at % size / (size_t)richer->functions] +=
             patch_volume(found, (int)(at / size)) * off * off;
     }
+    for (int k = 0; k < found->patches; k++) { /* neither basis resolves it */
+        for (int f = 0; f < found->outputs; f++) {
+            const double off = found->missed[k] * p->scale[f];
+            r->errors[f] += patch_volume(found, k) * off * off;
+        }
+    }
     if (status == AD_OK) {
         add_misfit(&r->richer, &outcome.misfit, p->unknowns);
     }

@@ -172,6 +172,11 @@ int patch_refine(patch_run *r, const patch_grid *grid, int coordinate, bool merg
         const double share = sqrt(patch_volume(grid, k) / volume * grid->patches);
         double *worst = &tail[patch_cell(grid, k, coordinate)];
         *worst = fmax(*worst, share * tail_of(r, grid, k, coordinate));
+        const int cell = patch_cell(grid, k, coordinate);
+        /* a layer that is not seen is there, if anywhere; in time it would be any corner */
+        if (!r->problem.marches && (cell == 0 || cell == cells - 1)) {
+            *worst = fmax(*worst, share * grid->missed[k]);
+        }
     }
     for (int i = 0; i < cells; i++) {
         const bool can = edge[i + 1] - edge[i] > 1e-9 * (edge[cells] - edge[0]);

@@ -375,6 +375,55 @@ double patch_joint_rows(const patch_window *w, const patch_joint *joint, const p
     return sum;
 }
 
+/* Of row `row` in the k-th patch of its law: see patch_window_missed. */
+static double missed_by(const patch_window *w, const patch_rows *rows, int k, int row)
+{
+    const patch_grid *grid = w->grid;
+    double mean = 0, parts = 0, usual = 0;
+    for (size_t q = rows->first[k]; q < rows->first[k + 1]; q++) {
+        mean += rows->table->weight[q - rows->first[k]] * rows->outputs[row][q];
+    }
+    for (int i = 0, used = 0; i < w->p->outputs * w->p->jets.count; i++) {
+        const int jet = i % w->p->jets.count, output = i / w->p->jets.count;
+        const double *field = rows->numbers + rows->first[rows->patches] * (size_t)used;
+        used += rows->law->uses[i];
+        for (int e = 0; e < rows->law->entry_count && rows->law->uses[i]; e++) {
+            const patch_entry *entry = &rows->law->entries[e];
+            if (entry->row != row || entry->output != output || entry->jet != jet) {
+                continue;
+            }
+            double size = w->p->scale[output], sum = 0, by = 0;
+            for (int d = 0; d < grid->dims; d++) {
+                size /= pow((grid->edge[d][grid->cells[d]] - grid->edge[d][0]) / 2,
+                            w->p->jets.order[jet][d]);
+            }
+            for (size_t q = rows->first[k]; q < rows->first[k + 1]; q++) {
+                const double weight = rows->table->weight[q - rows->first[k]];
+                const double slope = fabs(rows->outputs[rows->law->rows + e][q]);
+                sum += weight * slope * fabs(field[q]);
+                by += weight * slope;
+            }
+            parts += sum;
+            usual += by * size;
+        }
+    }
+    return fabs(mean) > 0.1 * parts && usual > 0 ? fabs(mean) / usual : 0;
+}
+
+void patch_window_missed(patch_window *w)
+{
+    memset(w->grid->missed, 0, (size_t)w->grid->patches * sizeof *w->grid->missed);
+    for (int i = 0; i < w->law_count; i++) {
+        const patch_rows *rows = &w->laws[i];
+        for (int k = 0; k < rows->patches && rows->law->set->points == MODEL_INTERIOR; k++) {
+            double *missed = &w->grid->missed[rows->patch[k]];
+            for (int row = 0; row < rows->law->rows; row++) {
+                *missed = fmax(*missed, missed_by(w, rows, k, row));
+            }
+        }
+    }
+}
+
 double patch_window_sum(const patch_window *w)
 {
     double sum = 0;

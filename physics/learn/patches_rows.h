@@ -69,6 +69,11 @@ double patch_joint_rows(const patch_window *w, const patch_joint *joint, const p
 /* The sum of squares of all rows. */
 double patch_window_sum(const patch_window *w);
 
+/* Into grid->missed: the mean over a patch of what an equation inside leaves, relative to usual
+ * fields, where it is no small part of what the equation is made of; else 0. Where a layer is
+ * narrower than its patch, the least squares leave an equation unmet on all of it. */
+void patch_window_missed(patch_window *w);
+
 /* Whether rows are those of data by which unknowns are found, and no part of the least squares. */
 static inline bool patch_rows_judge(const patch_window *w, const patch_rows *rows)
 {

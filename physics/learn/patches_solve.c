@@ -521,6 +521,9 @@ ad_status patch_solve(patch_problem *p, patch_grid *grid, patch_phase phase,
         if (status == AD_OK && p->unknowns > 0) {
             status = keep_slopes(&f, outcome, error);
         }
+        if (status == AD_OK) {
+            patch_window_missed(&w);
+        }
         front_clear(&f);
         patch_window_clear(&w);
     }

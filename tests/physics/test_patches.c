@@ -105,6 +105,11 @@ static double spot(const double *x)
     return 1 + exp(-z * z) * sqrt(pi) / 2 * (erf((x[1] - 0.6137) / w) + 1);
 }
 
+static double layer(const double *x)
+{
+    return 1 - exp(-1e4 * x[0]);
+}
+
 static double late_decay(const double *x)
 {
     return exp(-5 * fmax(0, x[0] - 0.7123));
@@ -297,6 +302,13 @@ static const example examples[] = {
      {{"t", 0, "u", "1"}},
      late_decay,
      1e-9},
+    {"layer",
+     {X(0, 1)},
+     {"u"},
+     {"u_xx/1e4 + u_x"},
+     {{"x", 0, "u", "0"}, {"x", 1, "u", "1"}},
+     layer,
+     1e-4},
 };
 
 static equations *text_of(const example *c)
@@ -500,6 +512,17 @@ static void stops_and_refuses(void **state)
     assert_true(fabs(value - burgers((const double[]){x, early})) < 1e-4);
     patches_evaluate(p, 0, (int[]){0, 0}, 1, (const double *const[]){&x, &late}, &value, NULL);
     assert_true(isnan(value));
+    patches_free(p);
+    equations_free(e);
+
+    /* a layer too narrow for what is tried at this tolerance is said, not passed over */
+    example narrow = examples[sizeof examples / sizeof *examples - 1];
+    narrow.inside[0] = "u_xx/1e6 + u_x";
+    e = text_of(&narrow);
+    DONE(equations_model(e, &m, &error));
+    DONE(patches_fit(m, &(patches_settings){1e-2, 10, pool, NULL, NULL}, &p, &error));
+    assert_true(patches_summarize(p).end != PATCHES_CONVERGED &&
+                patches_summarize(p).estimate > 0.1);
     patches_free(p);
     equations_free(e);
 
