@@ -154,6 +154,7 @@ typedef struct patch_misfit {
 typedef struct patch_outcome {
     int steps;
     double left;
+    double rounding; /* what it may do to the fields, as `left` */
     patch_misfit misfit;
 } patch_outcome;
 

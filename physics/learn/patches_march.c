@@ -224,9 +224,9 @@ static ad_status judge(patch_run *r, const window_plan *plan, const patch_grid *
         r->errors[at % size / (size_t)richer->functions] +=
             patch_volume(found, (int)(at / size)) * off * off;
     }
-    for (int k = 0; k < found->patches; k++) { /* neither basis resolves it */
+    for (int k = 0; k < found->patches && status == AD_OK; k++) { /* what neither basis shows */
         for (int f = 0; f < found->outputs; f++) {
-            const double off = found->missed[k] * p->scale[f];
+            const double off = (found->missed[k] + outcome.rounding) * p->scale[f];
             r->errors[f] += patch_volume(found, k) * off * off;
         }
     }

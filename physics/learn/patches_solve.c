@@ -355,6 +355,23 @@ static void take_from(double *y, const double *columns, size_t size, size_t coun
     }
 }
 
+/* x [patches][size] becomes R^-1 x. */
+static void solve_back(const front *f, double *x)
+{
+    const size_t size = f->size, pinned = (size_t)f->pinned * size;
+    solve_triangle(f->last, f->globals, pinned, x);
+    for (int k = f->steps - 1; k >= 0; k--) {
+        const double *r = f->r + (size_t)k * columns_of(f) * size;
+        double *y = x + (size_t)(k + f->pinned) * size;
+        take_from(y, r + size * size, size, pinned, x);
+        for (int block = 1; block < f->width && k + block < f->steps; block++) {
+            take_from(y, r + ((size_t)block * size + f->globals) * size, size, size,
+                      y + (size_t)block * size);
+        }
+        solve_triangle(r, size, size, y);
+    }
+}
+
 /* x [patches][size] = -(least squares solution) of right side `right`: of an unknown, or the last
  * one. */
 static void solve_side(const front *f, size_t right, double *x)
@@ -363,20 +380,13 @@ static void solve_side(const front *f, size_t right, double *x)
     for (size_t i = 0; i < pinned; i++) {
         x[i] = -f->last[column * f->globals + i];
     }
-    solve_triangle(f->last, f->globals, pinned, x);
-    for (int k = f->steps - 1; k >= 0; k--) {
-        const double *r = f->r + (size_t)k * columns_of(f) * size;
-        double *y = x + (size_t)(k + f->pinned) * size;
+    for (int k = 0; k < f->steps; k++) {
+        const double *r = f->r + ((size_t)k * columns_of(f) + size + column) * size;
         for (size_t i = 0; i < size; i++) {
-            y[i] = -r[(size + column) * size + i];
+            x[(size_t)(k + f->pinned) * size + i] = -r[i];
         }
-        take_from(y, r + size * size, size, pinned, x);
-        for (int block = 1; block < f->width && k + block < f->steps; block++) {
-            take_from(y, r + ((size_t)block * size + f->globals) * size, size, size,
-                      y + (size_t)block * size);
-        }
-        solve_triangle(r, size, size, y);
     }
+    solve_back(f, x);
 }
 
 /* The root mean square of fields of these coefficients, over their scale. */
@@ -416,6 +426,21 @@ static ad_status take_step(front *f, double *moved, ad_error *error)
     }
     *moved = size_of(f, f->step);
     return isfinite(*moved) ? AD_OK : ad_fail(error, AD_NOT_FINITE, "a step is not finite");
+}
+
+/* By how much fields change, as size_of, when what the rows say is off by rounding: a right side of
+ * random signs, which meets every direction, the least determined one too. */
+static double rounding_of(const front *f, double *x)
+{
+    const size_t size = f->size, all = (size_t)f->w->grid->patches * size;
+    const double unit = 1.1e-16 / sqrt((double)all);
+    unsigned state = 1;
+    for (size_t i = 0; i < all; i++) {
+        state = state * 1664525u + 1013904223u;
+        x[i] = state >> 31 ? unit : -unit;
+    }
+    solve_back(f, x);
+    return size_of(f, x);
 }
 
 /* ---- Gauss-Newton ---------------------------------------------------------------------------- */
@@ -522,6 +547,7 @@ ad_status patch_solve(patch_problem *p, patch_grid *grid, patch_phase phase,
             status = keep_slopes(&f, outcome, error);
         }
         if (status == AD_OK) {
+            outcome->rounding = rounding_of(&f, f.step);
             patch_window_missed(&w);
         }
         front_clear(&f);

@@ -526,6 +526,17 @@ static void stops_and_refuses(void **state)
     patches_free(p);
     equations_free(e);
 
+    /* sin(pi x) may be added: no number of zeros is the answer */
+    example singular = narrow;
+    singular.inside[0] = "u_xx + pi^2*u";
+    singular.conditions[1].formula = "0";
+    e = text_of(&singular);
+    DONE(equations_model(e, &m, &error));
+    DONE(patches_fit(m, &(patches_settings){1e-6, 10, pool, NULL, NULL}, &p, &error));
+    assert_int_not_equal(patches_summarize(p).end, PATCHES_CONVERGED);
+    patches_free(p);
+    equations_free(e);
+
     /* a condition is missing: it may not be silent */
     example open = examples[10];
     open.conditions[1].what = NULL;
