@@ -315,8 +315,9 @@ int model_add_unknown(physics_model *m, const char *name, const char *unit, doub
 /* The model as networks have it, which points into this one; training makes it by itself.
  * Conditions are built into its fields, and their terms left out by weight 0, where a row is given
  * on faces with all slopes below the highest, the third at most. Faces have to agree where they
- * meet, and with periodic coordinates. Other conditions stay terms. What is periodic enters a
- * network by its sine and cosine. */
+ * meet, and with periodic coordinates. Others stay terms. So do all of a row of which one changes
+ * within a tenth of a range, a front: networks would have to take it away again. What is periodic
+ * enters a network by its sine and cosine. */
 ad_status model_for_network(const physics_model *m, physics_model **result, ad_error *error);
 
 /* Of such a model: whether a term is a condition that its fields meet whatever the network is. */

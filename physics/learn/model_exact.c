@@ -7,9 +7,15 @@
 #include <string.h>
 
 enum {
-    ORDERS = 4,  /* of conditions on a face: value and slopes up to this, exclusive */
-    SAMPLES = 16 /* of the edge where two faces meet */
+    ORDERS = 4,   /* of conditions on a face: value and slopes up to this, exclusive */
+    SAMPLES = 16, /* of the edge where two faces meet */
+    PLACES = 512  /* of a face, where steep values are looked for */
 };
+
+/* Of a range, over which values on a face may change by all that they do. A front of a tenth to a
+ * hundredth of it that moves away was learned worse by 1e2 to 1e8 with its start built in, since
+ * the network has to take it away again at all later times. */
+static const double STEEP = 10;
 
 static const model_set *face_of(const physics_model *m, int condition)
 {
@@ -139,6 +145,64 @@ static ad_status compare_round(const comparing *c, int a, int coordinate, bool *
     return compare(c, a, a, &at, ORDERS, sides, agree);
 }
 
+/* Whether what a condition says changes within a small part of the range of a coordinate. */
+static ad_status find_steep(const comparing *c, int a, bool *steep)
+{
+    const domain *d = &c->m->domain;
+    const model_condition *one = &c->m->conditions[a];
+    const size_t count = (size_t)d->count;
+    double *numbers = malloc((2 * count + 1) * PLACES * sizeof *numbers);
+    const double *inputs[DOMAIN_COORDINATES_MAX];
+    double *outputs[DOMAIN_COORDINATES_MAX + 1];
+    ad_value values[DOMAIN_COORDINATES_MAX + 1];
+    ad_program *program = NULL;
+    domain_place at;
+    *steep = false;
+    ad_status status =
+        numbers ? begin(c, &at) : ad_fail(c->error, AD_NO_MEMORY, "out of memory for a condition");
+    if (status != AD_OK) {
+        free(numbers);
+        return status;
+    }
+    values[0] = one->value(one->context, &at);
+    outputs[0] = numbers + count * PLACES;
+    for (int i = 0; i < d->count; i++) {
+        double *x = numbers + (size_t)i * PLACES;
+        const double step = i == d->time ? 0.618033988749895 : 0.754877666246693 + 0.11 * i;
+        for (int k = 0; k < PLACES; k++) {
+            const double part = (k + 0.5) * step;
+            x[k] = i == one->coordinate
+                       ? place_of(c->m, a)
+                       : domain_coordinate_at(&d->coordinates[i], part - floor(part));
+        }
+        inputs[i] = x;
+        outputs[i + 1] = numbers + (count + (size_t)i + 1) * PLACES;
+        values[i + 1] = ad_scale(ad_derivative(values[0], at.x[i], 1),
+                                 d->coordinates[i].high - d->coordinates[i].low);
+    }
+    status = ad_compile(d->count + 1, values, NULL, c->pool, &program, c->error);
+    const ad_run run = {.points = PLACES, .inputs = inputs, .outputs = outputs};
+    status = status == AD_OK ? ad_execute(program, &run, c->error) : status;
+    if (status == AD_OK && ad_extent_of(values[0]) != AD_UNIFORM) {
+        double low = INFINITY, high = -INFINITY, most = 0;
+        for (int k = 0; k < PLACES; k++) {
+            low = fmin(low, outputs[0][k]);
+            high = fmax(high, outputs[0][k]);
+        }
+        for (int i = 0; i < d->count; i++) {
+            const int places = ad_extent_of(values[i + 1]) == AD_UNIFORM ? 1 : PLACES;
+            for (int k = 0; k < places && i != one->coordinate; k++) {
+                most = fmax(most, fabs(outputs[i + 1][k]));
+            }
+        }
+        *steep = !(most <= STEEP * (high - low) || most <= 1e-12 * (1 + fabs(high) + fabs(low)));
+    }
+    ad_program_free(program);
+    ad_tape_free(at.tape);
+    free(numbers);
+    return status;
+}
+
 /* Whether all lower orders are met on its face, and nothing else is said of it. */
 static bool stands(const physics_model *m, int condition)
 {
@@ -176,6 +240,13 @@ static ad_status find_exact(physics_model *m, ad_error *error)
     }
     bool against[MODEL_SETS_MAX] = {false};
     for (int a = 0; a < m->condition_count; a++) {
+        if (m->exact[a] && status == AD_OK) {
+            bool steep;
+            status = find_steep(&c, a, &steep);
+            for (int b = 0; b < m->condition_count && steep; b++) {
+                against[b] = against[b] || same_row(&m->conditions[a], &m->conditions[b]);
+            }
+        }
         for (int p = 0; p < m->domain.count && status == AD_OK && m->exact[a]; p++) {
             if (m->domain.coordinates[p].periodic) {
                 status = compare_round(&c, a, p, &agree);

@@ -180,6 +180,31 @@ static void test_periodic(void **state)
     }
 }
 
+static ad_value front(const void *context, const domain_place *at)
+{
+    return ad_tanh(ad_scale(at->x[0], *(const double *)context));
+}
+
+/* A front stays a term where it is narrow, and with it what is said of its row: tanh of 2 x and of
+ * 50 x. */
+static void test_front(void **state)
+{
+    (void)state;
+    static const double steepness[2] = {2, 50};
+    ad_error error = {AD_OK, ""};
+    for (int narrow = 0; narrow < 2; narrow++) {
+        physics_model *m = made_of(0, NULL, false), *network;
+        model_add_condition(m, "start", (model_condition){0, 0, 1, 0, front, &steepness[narrow]},
+                            0);
+        model_add_condition(m, "end", (model_condition){0, 0, 0, 0, front, &steepness[narrow]}, 0);
+        assert_int_equal(model_for_network(m, &network, &error), AD_OK);
+        assert_int_equal(model_condition_is_exact(network, 1), !narrow);
+        assert_int_equal(model_condition_is_exact(network, 2), !narrow);
+        model_free(network);
+        model_free(m);
+    }
+}
+
 /* ---- training ----------------------------------------------------------------------------------
  */
 
@@ -261,9 +286,9 @@ static void test_convection(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_faces), cmocka_unit_test(test_not_met),
-                                       cmocka_unit_test(test_periodic),
-                                       cmocka_unit_test(test_gradient),
-                                       cmocka_unit_test(test_convection)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_faces),    cmocka_unit_test(test_not_met),
+        cmocka_unit_test(test_front),    cmocka_unit_test(test_periodic),
+        cmocka_unit_test(test_gradient), cmocka_unit_test(test_convection)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
