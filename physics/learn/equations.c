@@ -149,6 +149,12 @@ static ad_status know_word(equations *e, const char *word, size_t length, ad_err
     const equations_name *base = &e->names[of];
     const bool is_field = base->kind == NAME_FIELD;
     snprintf(text, sizeof text, "%.*s", (int)length, word);
+    if (!is_field && (quantity_calls(base->q, "where") || quantity_calls(base->q, "step"))) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "'%s': %s jumps, and its derivative would leave that out; allowed: a field "
+                       "%s with the equation that it is this formula",
+                       text, base->text, base->text);
+    }
     return is_readable ? add_name(e, text, is_field ? NAME_FIELD : NAME_DERIVED,
                                   is_field ? base->index : of, orders, error)
                        : ad_fail(error, AD_BAD_INPUT,

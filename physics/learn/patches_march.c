@@ -396,7 +396,8 @@ ad_status patch_march(patch_run *r, int attempt, patches_end *end, ad_error *err
         }
         const double done = (now - low) / all;
         if (done < 0.9 && attempt < PATCH_ATTEMPTS && p->unknowns == 0 && r->local > 1e-14 &&
-            patch_estimate(r) > 1.5 * p->settings->tolerance && !is_late(r, since, done)) {
+            patch_estimate(r) * sqrt(done) > 1.5 * p->settings->tolerance &&
+            !is_late(r, since, done)) {
             *end = PATCHES_INACCURATE;
             break;
         }

@@ -229,7 +229,8 @@ static bool make_joints(patch_window *w)
     const patch_grid *grid = w->grid;
     const domain *domain = &w->p->model->domain;
     w->joints = malloc((size_t)grid->patches * PATCH_DIMS * sizeof *w->joints);
-    for (int k = 0; k < grid->patches && w->joints; k++) {
+    /* the start may jump from patch to patch */
+    for (int k = 0; k < grid->patches && w->joints && w->phase != PATCH_START; k++) {
         for (int d = 0; d < grid->dims; d++) {
             const int last = grid->cells[d] - 1, cell = patch_cell(grid, k, d);
             if (cell < last || domain->coordinates[d].periodic) {

@@ -237,12 +237,24 @@ static void finds_derivatives(void **state)
     equations_free(e);
 }
 
+/* The derivative of a formula that jumps would leave out the jump, without a word. */
+static void refuses_jumps(void **state)
+{
+    (void)state;
+    equations *e = burgers();
+    DONE(equations_add_parameter(e, "F", "where(0.5-x, 1, 10)*u_x", &error));
+    REFUSED(equations_add_inside(e, "u_t - F_x", &error), "F jumps");
+    DONE(equations_add_parameter(e, "G", "u*u_x", &error));
+    DONE(equations_add_inside(e, "u_t - G_x - F", &error));
+    equations_free(e);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(records_residuals), cmocka_unit_test(gives_data),
-        cmocka_unit_test(refuses_names),     cmocka_unit_test(refuses_conditions),
-        cmocka_unit_test(refuses_data),      cmocka_unit_test(refuses_wholes),
-        cmocka_unit_test(finds_derivatives)};
+        cmocka_unit_test(records_residuals),  cmocka_unit_test(gives_data),
+        cmocka_unit_test(refuses_names),      cmocka_unit_test(refuses_jumps),
+        cmocka_unit_test(refuses_conditions), cmocka_unit_test(refuses_data),
+        cmocka_unit_test(refuses_wholes),     cmocka_unit_test(finds_derivatives)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -155,6 +155,17 @@ static double bratu(const double *x)
     return -2 * log(cosh((x[0] - 0.5) * theta / 2) / cosh(theta / 4));
 }
 
+/* Fourier's series of a start that jumps in the middle, and where the end is cold at once. */
+static double jumped(const double *x)
+{
+    double sum = 0;
+    for (int n = 1; n < 4000; n++) {
+        const double part = 2 * (cos(n * pi / 2) - cos(n * pi)) / (n * pi);
+        sum += part * sin(n * pi * x[0]) * exp(-0.1 * n * n * pi * pi * x[1]);
+    }
+    return sum;
+}
+
 static double plate(const double *x)
 {
     return exp(-2 * pi * pi * x[2] / 10) * sin(pi * x[0]) * sin(pi * x[1]);
@@ -254,6 +265,13 @@ static const example examples[] = {
      {{"x", 0, "u", "0"}, {"x", 1, "u", "0"}},
      bratu,
      1e-10},
+    {"jump at the start",
+     {X(0, 1), T(1)},
+     {"u"},
+     {"u_t - u_xx/10"},
+     {{"t", 0, "u", "where(x - 0.5, 1, 0)"}, {"x", 0, "u", "0"}, {"x", 1, "u", "0"}},
+     jumped,
+     1e-3},
     {"plate",
      {X(0, 1), {"y", "", 0, 1, false, false}, T(1)},
      {"u"},
