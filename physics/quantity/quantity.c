@@ -15,7 +15,6 @@ struct quantities {
     int count, open;
     quantity_name names[NAMES_MAX];
     quantity_table *tables;
-    quantity_kept kept;
 };
 
 static const quantity_node no_memory = {
@@ -160,12 +159,7 @@ quantity quantity_operate(const quantity_operation *operation, const quantity *x
 quantities *quantities_create_open(void)
 {
     quantities *names = calloc(1, sizeof *names);
-    bool locks = names && pthread_mutex_init(&names->lock, NULL) == 0;
-    if (locks && !quantity_kept_start(&names->kept)) {
-        pthread_mutex_destroy(&names->lock);
-        locks = false;
-    }
-    if (!locks) {
+    if (names && pthread_mutex_init(&names->lock, NULL) != 0) {
         free(names);
         names = NULL;
     }
@@ -196,7 +190,6 @@ void quantities_free(quantities *names)
         }
     }
     quantity_tables_free(names->tables);
-    quantity_kept_end(&names->kept);
     pthread_mutex_destroy(&names->lock);
     free(names);
 }
@@ -289,11 +282,6 @@ ad_status quantities_define(quantities *names, const char *name, quantity value,
         add_name(names, name, value);
     }
     return status;
-}
-
-quantity_kept *quantities_kept(quantities *names)
-{
-    return &names->kept;
 }
 
 const quantity_table *quantities_tables(const quantities *names)

@@ -4,7 +4,6 @@
 
 #include "physics/quantity/quantity.h"
 
-#include <pthread.h>
 #include <stdint.h>
 
 enum {
@@ -97,21 +96,6 @@ quantity quantity_table_call(const quantity_table *table, quantity x);
 
 /* Those of `names`. */
 const quantity_table *quantities_tables(const quantities *names);
-
-/* kept.c: the last findings, of zeroed memory; false where there is no lock. */
-enum { QUANTITY_KEPT_MAX = 16 };
-typedef struct quantity_finding {
-    size_t key_size, size;
-    char *bytes; /* of the key and what is found; NULL: none */
-} quantity_finding;
-typedef struct quantity_kept {
-    pthread_mutex_t lock;
-    unsigned count; /* of all that were kept */
-    quantity_finding findings[QUANTITY_KEPT_MAX];
-} quantity_kept;
-bool quantity_kept_start(quantity_kept *kept);
-void quantity_kept_end(quantity_kept *kept);
-quantity_kept *quantities_kept(quantities *names); /* those of `names` */
 
 /* Whether the name goes on there with a point and a letter, as "tip.x" does. */
 bool quantity_name_goes_on(const char *at);

@@ -1,12 +1,10 @@
 /* Panels of a coordinate: between breaks, and short where formulas vary on short lengths. */
 #include "physics/numerics/constants.h"
 #include "physics/numerics/sort.h"
-#include "physics/quantity/kept.h"
 #include "physics/scene/breaks.h"
 #include "physics/scene/scene_walk.h"
 
 #include <math.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -289,8 +287,8 @@ static void fill(dividing *in, const scene *rod_scene, const scene_breaks *break
     scene_walk(rod_scene, in->along_s ? "s" : "t", &walker);
 }
 
-static ad_status find_panels(const scene *rod_scene, const char *coordinate, scene_panels *result,
-                             ad_error *error)
+ad_status scene_panels_of(const scene *rod_scene, const char *coordinate, scene_panels *result,
+                          ad_error *error)
 {
     scene_breaks breaks;
     dividing in = {.along_s = strcmp(coordinate, "s") == 0,
@@ -298,121 +296,26 @@ static ad_status find_panels(const scene *rod_scene, const char *coordinate, sce
                    .t = {0, scene_duration(rod_scene)},
                    .result = result};
     in.end = in.along_s ? in.s.high : in.t.high;
-    result->edges = calloc(PANELS_MAX + 2, sizeof *result->edges);
+    *result = (scene_panels){.edges = calloc(PANELS_MAX + 1, sizeof *result->edges)};
     in.seen = malloc((scene_walk_formulas(rod_scene, coordinate) + 1) * sizeof *in.seen);
     ad_status status =
         result->edges && in.seen
             ? scene_breaks_of(rod_scene, coordinate, &breaks, error)
             : ad_fail(error, AD_NO_MEMORY, "out of memory for %d panels", PANELS_MAX);
-    if (status == AD_OK) {
-        fill(&in, rod_scene, &breaks, FIRST_SHARE);
-        if (result->unresolved && !breaks.unresolved) {
-            fill(&in, rod_scene, &breaks, LAST_SHARE);
-        }
-        if (!result->unresolved) {
-            join(&in, &breaks);
-        }
+    if (status != AD_OK) {
+        free(in.seen);
+        scene_panels_free(result);
+        return status;
+    }
+    fill(&in, rod_scene, &breaks, FIRST_SHARE);
+    if (result->unresolved && !breaks.unresolved) {
+        fill(&in, rod_scene, &breaks, LAST_SHARE);
+    }
+    if (!result->unresolved) {
+        join(&in, &breaks);
     }
     free(in.seen);
-    return status;
-}
-
-/* ---- once for each scene --------------------------------------------------------------------- */
-
-/* All that panels follow from. */
-typedef struct saying {
-    quantities *names; /* of all its formulas */
-    bool of_several;
-    size_t count;
-    uint64_t *words; /* NULL: they are counted only */
-} saying;
-
-static void say(saying *to, const void *word, size_t size)
-{
-    if (to->words) {
-        to->words[to->count] = 0;
-        memcpy(&to->words[to->count], word, size);
-    }
-    to->count++;
-}
-
-static void say_formula(void *context, const char *key, quantity q, quantity_interval s)
-{
-    saying *to = context;
-    quantities *names = quantity_names(q);
-    to->of_several |= to->names && names != to->names;
-    to->names = names;
-    say(to, &key, sizeof key);
-    say(to, &q.node, sizeof q.node);
-    say(to, &s.low, sizeof s.low);
-    say(to, &s.high, sizeof s.high);
-}
-
-static void say_place(void *context, const char *key, double s)
-{
-    say(context, &key, sizeof key);
-    say(context, &s, sizeof s);
-}
-
-static void say_all(const scene *rod_scene, const char *coordinate, saying *to)
-{
-    const scene_walker walker = {.formula = say_formula, .place = say_place, .context = to};
-    const double ends[2] = {scene_length(rod_scene), scene_duration(rod_scene)};
-    to->count = 0;
-    say(to, coordinate, 1);
-    say(to, &ends[0], sizeof ends[0]);
-    say(to, &ends[1], sizeof ends[1]);
-    scene_walk(rod_scene, coordinate, &walker);
-}
-
-/* As edges, behind which is the key. */
-static ad_status recall(const saying *all, scene_panels *result, ad_error *error)
-{
-    size_t size = 0;
-    void *found;
-    ad_status status = quantities_recall(all->names, all->count * sizeof *all->words, all->words,
-                                         &size, &found, error);
-    if (status == AD_OK && found) {
-        result->edges = found;
-        result->count = (int)(size / sizeof *result->edges) - 2;
-        memcpy(&result->unresolved, &result->edges[result->count + 1], sizeof result->unresolved);
-    }
-    return status;
-}
-
-static ad_status keep(const saying *all, const scene_panels *panels, ad_error *error)
-{
-    memcpy(&panels->edges[panels->count + 1], &panels->unresolved, sizeof panels->unresolved);
-    return quantities_keep(all->names, all->count * sizeof *all->words, all->words,
-                           ((size_t)panels->count + 2) * sizeof *panels->edges, panels->edges,
-                           error);
-}
-
-ad_status scene_panels_of(const scene *rod_scene, const char *coordinate, scene_panels *result,
-                          ad_error *error)
-{
-    saying all = {.names = NULL};
-    ad_status status = AD_OK;
-    *result = (scene_panels){.edges = NULL};
-    say_all(rod_scene, coordinate, &all);
-    const bool kept = all.names && !all.of_several;
-    if (kept) {
-        all.words = malloc(all.count * sizeof *all.words);
-        if (!all.words) {
-            return ad_fail(error, AD_NO_MEMORY, "out of memory for what a scene says");
-        }
-        say_all(rod_scene, coordinate, &all);
-        status = recall(&all, result, error);
-    }
-    if (status == AD_OK && !result->edges) {
-        status = find_panels(rod_scene, coordinate, result, error);
-        status = status == AD_OK && kept ? keep(&all, result, error) : status;
-    }
-    free(all.words);
-    if (status != AD_OK) {
-        scene_panels_free(result);
-    }
-    return status;
+    return AD_OK;
 }
 
 ad_status scene_divisions_of(const scene *rod_scene, const char *coordinate, int most,
