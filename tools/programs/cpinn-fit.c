@@ -234,7 +234,7 @@ int main(int argc, char **argv)
         {"--tolerance", "X", CLI_NUMBER, &f.tolerance, 1e-15, 1},
         CLI_SECONDS(&f.seconds),
         CLI_THREADS(&f.threads),
-        {"--grid", "N1xN2...", CLI_TEXT, &f.grid, 0, 0},
+        CLI_GRID(&f.grid),
         CLI_POINTS(&f.points),
         CLI_OUT(&f.out),
         {"--reference", "FILE", CLI_TEXT, &f.reference, 0, 0},
