@@ -172,7 +172,9 @@ ad_status equations_add_condition(equations *e, const char *coordinate, double a
                 add_residual(e, "zero", ++e->zeros, e->face[c.coordinate][c.end] - 1, q, error);
         }
     }
-    e->at[c.coordinate] += status == AD_OK;
+    if (status == AD_OK) {
+        e->at[c.coordinate]++;
+    }
     return status;
 }
 

@@ -88,6 +88,10 @@ static bool is_smooth(const double *y, size_t count, double allowed)
         const size_t near = (size_t)(at * (double)(count - 1) + 0.5);
         node[i] = i > 0 && near <= node[i - 1] ? node[i - 1] + 1 : near;
     }
+    for (size_t i = 0; i < NODES; i++) { /* others follow up to the last sample */
+        const size_t last = count - (NODES - i);
+        node[i] = node[i] < last ? node[i] : last;
+    }
     for (int i = 0; i < NODES; i++) {
         weight[i] = 1;
         for (int k = 0; k < NODES; k++) {

@@ -592,7 +592,9 @@ ad_status response_evaluate(const response *r, const response_shape *shape, doub
             }
         }
     }
-    memcpy(given, shape->columns, r->columns * sizeof *given);
+    if (r->columns > 0) {
+        memcpy(given, shape->columns, r->columns * sizeof *given);
+    }
     const double *uniforms[2] = {shape->parameters, given};
     const ad_run run = {.points = n, .inputs = inputs, .uniforms = uniforms, .outputs = outputs};
     status = ad_execute(r->program, &run, error);
