@@ -281,7 +281,8 @@ static void look_through(look *l)
 static bool look_open(look *l)
 {
     const patch_problem *p = l->p;
-    const size_t constants = 2 + (size_t)p->unknowns, jets = (size_t)(p->outputs * p->jets.count);
+    const size_t constants = 2 + (size_t)p->unknowns,
+                 jets = (size_t)p->outputs * (size_t)p->jets.count;
     size_t next = 0;
     l->results = l->law->rows + l->law->entry_count;
     l->x = malloc((size_t)p->dims * SAMPLES * sizeof *l->x);
@@ -338,7 +339,7 @@ bool patch_look(const patch_problem *p, patch_panels *panels)
         }
         const bool opened = look_open(&l);
         for (int kind = 0; kind < 2 && opened; kind++) {
-            for (size_t q = 0; q < 2 * SAMPLES; q++) {
+            for (size_t q = 0; q < (size_t)2 * SAMPLES; q++) {
                 l.constants[q] = fields[kind][q / SAMPLES];
             }
             look_through(&l);

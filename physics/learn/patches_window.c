@@ -185,7 +185,8 @@ static ad_status connect(patch_window *w, patch_rows *rows, const double *data, 
     const patch_problem *p = w->p;
     const patch_law *law = rows->law;
     const size_t points = rows->first[rows->patches], jets = (size_t)p->jets.count;
-    const size_t all = (size_t)p->outputs * jets, results = (size_t)(law->rows + law->entry_count);
+    const size_t all = (size_t)p->outputs * jets,
+                 results = (size_t)law->rows + (size_t)law->entry_count;
     const size_t data_rows = (size_t)law->set->source.rows;
     size_t used = 0, next = 0, at = 0;
     for (size_t i = 0; i < all; i++) {
