@@ -81,13 +81,10 @@ static ad_status fit(patch_run *r, ad_error *error)
     double best = INFINITY;
     ad_status status = AD_OK;
     r->local = 3 * tolerance;
-    for (int i = 0; i < r->problem.unknowns; i++) {
-        r->problem.unknown[i] = r->problem.model->own_unknowns[i].guess;
-    }
     for (int attempt = 1; attempt <= PATCH_ATTEMPTS; attempt++) {
         patches_end end;
-        status = (r->problem.unknowns > 0 ? patch_identify(r, attempt, &end, error)
-                                          : patch_march(r, attempt, &end, error));
+        status = r->problem.unknowns > 0 ? patch_identify(r, attempt, &end, error)
+                                         : patch_march(r, attempt, &end, error);
         summarize(r, end);
         p->summary.attempts = attempt;
         const double estimate = patch_estimate(r), done = p->summary.done;
@@ -95,8 +92,8 @@ static ad_status fit(patch_run *r, ad_error *error)
             estimate <= tolerance) {
             break;
         }
-        p->summary.end = patch_time_over(r) ? PATCHES_TIME_OVER : PATCHES_INACCURATE;
-        if (patch_time_over(r) || (done == 1 && estimate > 0.5 * best)) {
+        p->summary.end = patch_is_late(&r->problem) ? PATCHES_TIME_OVER : PATCHES_INACCURATE;
+        if (patch_is_late(&r->problem) || (done == 1 && estimate > 0.5 * best)) {
             break;
         }
         if (done == 1) { /* the next may end before its time */

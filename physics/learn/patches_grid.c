@@ -81,6 +81,33 @@ double patch_volume(const patch_grid *grid, int patch)
     return volume;
 }
 
+double patch_grid_volume(const patch_grid *grid)
+{
+    double volume = 0;
+    for (int k = 0; k < grid->patches; k++) {
+        volume += patch_volume(grid, k);
+    }
+    return volume;
+}
+
+double patch_share(const patch_grid *grid, int patch, const bool *holds)
+{
+    double share = 1;
+    for (int d = 0; d < grid->dims; d++) {
+        if (!holds[d]) {
+            share *=
+                2 * patch_half(grid, patch, d) / (grid->edge[d][grid->cells[d]] - grid->edge[d][0]);
+        }
+    }
+    return share;
+}
+
+double patch_place(const patch_grid *grid, int patch, int coordinate, double local)
+{
+    const double *edge = grid->edge[coordinate] + patch_cell(grid, patch, coordinate);
+    return edge[0] + (edge[1] - edge[0]) * (1 + local) / 2;
+}
+
 double patch_scale(const patch_grid *grid, int patch, const unsigned char *order)
 {
     double scale = 1;
@@ -113,9 +140,7 @@ static void legendre(int degree, int order, double x, double *values)
     }
 }
 
-/* Function j is the product over coordinates of those of its degrees, the last coordinate's
- * fastest. */
-static int degree_of(const patch_grid *grid, int function, int coordinate)
+int patch_degree(const patch_grid *grid, int function, int coordinate)
 {
     for (int d = grid->dims - 1; d > coordinate; d--) {
         function /= grid->degree[d] + 1;
@@ -165,7 +190,7 @@ bool patch_table_at(patch_table *table, const patch_grid *grid, const patch_jets
             for (int j = 0; j < grid->functions; j++) {
                 double product = 1;
                 for (int d = 0; d < grid->dims; d++) {
-                    product *= line[d][degree_of(grid, j, d)];
+                    product *= line[d][patch_degree(grid, j, d)];
                 }
                 table->phi[i][(size_t)j * n + q] = product;
             }
@@ -219,7 +244,7 @@ bool patch_table_create(patch_table *table, const patch_grid *grid, const patch_
 
 /* ---- values ---------------------------------------------------------------------------------- */
 
-static int find_cell(const patch_grid *grid, int coordinate, double x)
+int patch_cell_at(const patch_grid *grid, int coordinate, double x)
 {
     int low = 0, high = grid->cells[coordinate];
     while (high - low > 1) {
@@ -239,7 +264,7 @@ double patch_grid_at(const patch_grid *grid, const double *c, int output, const 
     double line[PATCH_DIMS][PATCH_DEGREE + 1], sum = 0;
     int patch = 0;
     for (int d = 0; d < grid->dims; d++) {
-        const int cell = find_cell(grid, d, x[d]);
+        const int cell = patch_cell_at(grid, d, x[d]);
         const double *edge = grid->edge[d] + cell, half = (edge[1] - edge[0]) / 2;
         const double local = fmin(1, fmax(-1, (x[d] - edge[0]) / half - 1));
         patch += cell * grid->stride[d];
@@ -248,11 +273,11 @@ double patch_grid_at(const patch_grid *grid, const double *c, int output, const 
             line[d][k] *= pow(half, -order[d]);
         }
     }
-    c += ((size_t)patch * (size_t)grid->outputs + (size_t)output) * (size_t)grid->functions;
+    c += patch_first(grid, patch, output);
     for (int j = 0; j < grid->functions; j++) {
         double product = c[j];
         for (int d = 0; d < grid->dims; d++) {
-            product *= line[d][degree_of(grid, j, d)];
+            product *= line[d][patch_degree(grid, j, d)];
         }
         sum += product;
     }
@@ -270,15 +295,13 @@ void patch_grid_project(const patch_grid *from, patch_grid *to)
     }
     for (int k = 0; k < to->patches; k++) {
         for (int f = 0; f < to->outputs; f++) {
-            double *c =
-                to->c + ((size_t)k * (size_t)to->outputs + (size_t)f) * (size_t)to->functions;
+            double *c = to->c + patch_first(to, k, f);
             memset(c, 0, (size_t)to->functions * sizeof *c);
             for (int q = 0; q < table.points; q++) {
                 double x[PATCH_DIMS];
                 for (int d = 0; d < to->dims; d++) {
-                    const double *edge = to->edge[d] + patch_cell(to, k, d);
-                    const double local = table.local[(size_t)d * (size_t)table.points + (size_t)q];
-                    x[d] = edge[0] + (edge[1] - edge[0]) * (1 + local) / 2;
+                    x[d] = patch_place(to, k, d,
+                                       table.local[(size_t)d * (size_t)table.points + (size_t)q]);
                 }
                 const double value_here =
                     table.weight[q] * patch_grid_at(from, from->c, f, none, x);
@@ -297,7 +320,7 @@ void patch_grid_embed(const patch_grid *from, patch_grid *to)
     for (int j = 0; j < from->functions; j++) {
         int there = 0;
         for (int d = 0; d < from->dims; d++) {
-            there = there * (to->degree[d] + 1) + degree_of(from, j, d);
+            there = there * (to->degree[d] + 1) + patch_degree(from, j, d);
         }
         for (size_t k = 0; k < blocks; k++) {
             to->c[k * (size_t)to->functions + (size_t)there] =

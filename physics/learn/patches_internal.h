@@ -3,6 +3,7 @@
 #define PHYSICS_LEARN_PATCHES_INTERNAL_H
 
 #include "physics/learn/patches.h"
+#include "physics/numerics/clock.h"
 
 enum {
     PATCH_DIMS = PATCHES_COORDINATES_MAX,
@@ -41,8 +42,7 @@ typedef struct patch_law {
     bool *same;           /* [rows], at all points */
     patch_entry *entries; /* [entry_count] */
     bool *uses;           /* [outputs][jets] */
-    ad_program *program;  /* inputs: coordinates, [outputs][jets], unknowns, data; outputs: rows,
-                             entries */
+    ad_program *program;  /* inputs: patch_input_jet, ...; outputs: rows, entries */
 } patch_law;
 
 ad_status patch_law_create(const physics_model *m, int set, const patch_jets *jets, ad_pool *pool,
@@ -77,6 +77,12 @@ static inline size_t patch_grid_size(const patch_grid *grid)
     return (size_t)grid->outputs * (size_t)grid->functions;
 }
 
+/* Where the coefficients of an output in a patch are. */
+static inline size_t patch_first(const patch_grid *grid, int patch, int output)
+{
+    return ((size_t)patch * (size_t)grid->outputs + (size_t)output) * (size_t)grid->functions;
+}
+
 static inline int patch_cell(const patch_grid *grid, int patch, int coordinate)
 {
     return patch / grid->stride[coordinate] % grid->cells[coordinate];
@@ -84,6 +90,18 @@ static inline int patch_cell(const patch_grid *grid, int patch, int coordinate)
 
 double patch_half(const patch_grid *grid, int patch, int coordinate); /* of its length */
 double patch_volume(const patch_grid *grid, int patch);               /* of it */
+double patch_grid_volume(const patch_grid *grid);                     /* of all patches */
+
+/* Its share of the volume, or of the face where some coordinates are held. */
+double patch_share(const patch_grid *grid, int patch, const bool *holds);
+
+/* A coordinate of a place of a patch that is at `local` in it, from -1 to 1; and the reverse: the
+ * cell where a coordinate is, an edge belonging to the one that it begins. */
+double patch_place(const patch_grid *grid, int patch, int coordinate, double local);
+int patch_cell_at(const patch_grid *grid, int coordinate, double x);
+
+/* The degree of a function along a coordinate; the last coordinate's degrees change fastest. */
+int patch_degree(const patch_grid *grid, int function, int coordinate);
 double patch_scale(const patch_grid *grid, int patch, const unsigned char *order); /* half^-order */
 
 /* A derivative of an output at a place (clamped into the grid), by coefficients of the grid. */
@@ -129,7 +147,42 @@ typedef struct patch_problem {
     double deadline; /* of patch_now */
 } patch_problem;
 
-double patch_now(void); /* s */
+static inline double patch_now(void)
+{
+    return clock_seconds(CLOCK_MONOTONIC);
+}
+
+static inline bool patch_is_late(const patch_problem *p)
+{
+    return patch_now() > p->deadline;
+}
+
+/* Where the inputs of a law's program are: coordinates, [outputs][jets], unknowns, data (one, where
+ * its set has any), the coordinates once more. */
+static inline size_t patch_input_jet(const patch_problem *p, size_t output_and_jet)
+{
+    return (size_t)p->dims + output_and_jet;
+}
+
+static inline size_t patch_input_unknown(const patch_problem *p, int unknown)
+{
+    return patch_input_jet(p, (size_t)p->outputs * (size_t)p->jets.count) + (size_t)unknown;
+}
+
+static inline size_t patch_input_data(const patch_problem *p)
+{
+    return patch_input_unknown(p, p->unknowns);
+}
+
+static inline size_t patch_input_about(const patch_problem *p, const patch_law *law, int coordinate)
+{
+    return patch_input_data(p) + (law->set->source.rows > 0) + (size_t)coordinate;
+}
+
+static inline size_t patch_inputs(const patch_problem *p, const patch_law *law)
+{
+    return patch_input_about(p, law, p->dims);
+}
 
 /* Edges along coordinates between which formulas of equations and conditions are smooth. */
 typedef struct patch_panels {

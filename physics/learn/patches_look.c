@@ -281,32 +281,28 @@ static void look_through(look *l)
 static bool look_open(look *l)
 {
     const patch_problem *p = l->p;
-    const size_t constants = 2 + (size_t)p->unknowns,
-                 jets = (size_t)p->outputs * (size_t)p->jets.count;
-    size_t next = 0;
+    const size_t constants = 2 + (size_t)p->unknowns;
+    const size_t jets = (size_t)p->outputs * (size_t)p->jets.count;
     l->results = l->law->rows + l->law->entry_count;
     l->x = malloc((size_t)p->dims * SAMPLES * sizeof *l->x);
     l->constants = malloc(constants * SAMPLES * sizeof *l->constants);
     l->values = malloc((size_t)l->results * SAMPLES * sizeof *l->values);
-    l->inputs = malloc((2 * (size_t)p->dims + jets + constants) * sizeof *l->inputs);
+    l->inputs = malloc(patch_inputs(p, l->law) * sizeof *l->inputs);
     l->outputs = malloc((size_t)l->results * sizeof *l->outputs);
     if (!l->x || !l->constants || !l->values || !l->inputs || !l->outputs) {
         return false;
     }
     for (int d = 0; d < p->dims; d++) {
-        l->inputs[next++] = l->x + (size_t)d * SAMPLES;
+        l->inputs[d] = l->inputs[patch_input_about(p, l->law, d)] = l->x + (size_t)d * SAMPLES;
     }
     for (size_t i = 0; i < jets; i++) {
-        l->inputs[next++] = l->constants + i % 2 * SAMPLES;
+        l->inputs[patch_input_jet(p, i)] = l->constants + i % 2 * SAMPLES;
     }
     for (int i = 0; i < p->unknowns; i++) {
-        l->inputs[next++] = l->constants + (size_t)(2 + i) * SAMPLES;
+        l->inputs[patch_input_unknown(p, i)] = l->constants + (size_t)(2 + i) * SAMPLES;
         for (size_t q = 0; q < SAMPLES; q++) {
             l->constants[(size_t)(2 + i) * SAMPLES + q] = p->unknown[i];
         }
-    }
-    for (int d = 0; d < p->dims; d++) {
-        l->inputs[next++] = l->x + (size_t)d * SAMPLES;
     }
     for (int i = 0; i < l->results; i++) {
         const bool same =

@@ -12,11 +12,6 @@ ad_status patch_no_memory(ad_error *error)
     return ad_fail(error, AD_NO_MEMORY, "out of memory for patches");
 }
 
-bool patch_time_over(const patch_run *r)
-{
-    return patch_now() > r->problem.deadline;
-}
-
 /* ---- a window -------------------------------------------------------------------------------- */
 
 typedef struct window_plan {
@@ -154,7 +149,7 @@ static ad_status solve_window(patch_run *r, const window_plan *plan, const patch
         for (int d = 0; d < p->dims; d++) {
             halved += p->marches && d == patch_time(r) ? 0 : patch_refine(r, found, d, false);
         }
-        if ((halved == 0 && !changed) || patch_time_over(r)) {
+        if ((halved == 0 && !changed) || patch_is_late(&r->problem)) {
             break;
         }
         patch_grid_clear(&last);
@@ -237,7 +232,6 @@ static ad_status judge(patch_run *r, const window_plan *plan, const patch_grid *
     return status;
 }
 
-/* Root mean square of errors [outputs] over that of the fields. */
 double patch_relative(const patch_run *r, const double *errors)
 {
     double worst = 0, most = 0;
@@ -302,14 +296,12 @@ static bool goes_on(const patch_run *r, int attempt, double done)
 
 /* Whether it would be too late to begin anew, three times as expensive, when all of time is done.
  */
-static bool is_late(const patch_run *r, double since, double done)
+static bool is_too_late(const patch_run *r, double since, double done)
 {
     const double now = patch_now(), all = (now - since) / done;
     return now - r->began + 4 * all > r->problem.settings->seconds;
 }
 
-/* One attempt with r->local; the end it had: PATCHES_CONVERGED means that all of time is solved,
- * PATCHES_INACCURATE that the error was above the tolerance long before. */
 ad_status patch_march(patch_run *r, int attempt, patches_end *end, ad_error *error)
 {
     patch_problem *p = &r->problem;
@@ -354,14 +346,14 @@ ad_status patch_march(patch_run *r, int attempt, patches_end *end, ad_error *err
             /* shorter */
             length = (plan.end - plan.begin) * (failed ? 0.4 : fmax(0.2, factor));
             status = AD_OK;
-            if (length < (p->unknowns > 0 ? 1e-4 : 1e-9) * all || patch_time_over(r)) {
-                *end = patch_time_over(r) ? PATCHES_TIME_OVER : PATCHES_DIVERGED;
+            if (length < (p->unknowns > 0 ? 1e-4 : 1e-9) * all || patch_is_late(&r->problem)) {
+                *end = patch_is_late(&r->problem) ? PATCHES_TIME_OVER : PATCHES_DIVERGED;
                 break;
             }
             continue;
         }
         if (failed) {
-            *end = patch_time_over(r) ? PATCHES_TIME_OVER : PATCHES_DIVERGED;
+            *end = patch_is_late(&r->problem) ? PATCHES_TIME_OVER : PATCHES_DIVERGED;
             status = AD_OK;
             break;
         }
@@ -370,7 +362,8 @@ ad_status patch_march(patch_run *r, int attempt, patches_end *end, ad_error *err
             add_misfit(&r->misfit, &outcome.misfit, p->unknowns);
             status = judge(r, &plan, &found, &richer, error);
         }
-        if (status == AD_NOT_FINITE && patch_time_over(r)) { /* no answer without an estimate */
+        if (status == AD_NOT_FINITE &&
+            patch_is_late(&r->problem)) { /* no answer without an estimate */
             *end = PATCHES_TIME_OVER;
             status = AD_OK;
             break;
@@ -390,14 +383,14 @@ ad_status patch_march(patch_run *r, int attempt, patches_end *end, ad_error *err
         now = plan.end;
         length = (plan.end - plan.begin) * factor;
         const bool wanted = goes_on(r, attempt, (now - low) / all);
-        if (!wanted || (patch_time_over(r) && now < high)) {
+        if (!wanted || (patch_is_late(&r->problem) && now < high)) {
             *end = wanted ? PATCHES_TIME_OVER : PATCHES_STOPPED;
             break;
         }
         const double done = (now - low) / all;
         if (done < 0.9 && attempt < PATCH_ATTEMPTS && p->unknowns == 0 && r->local > 1e-14 &&
             patch_estimate(r) * sqrt(done) > 1.5 * p->settings->tolerance &&
-            !is_late(r, since, done)) {
+            !is_too_late(r, since, done)) {
             *end = PATCHES_INACCURATE;
             break;
         }

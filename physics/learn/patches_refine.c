@@ -96,8 +96,7 @@ static bool is_panel(const patch_run *r, int coordinate, double edge)
     return false;
 }
 
-/* ---- how well a grid resolves
- * -------------------------------------------------------------------- */
+/* ---- how well a grid resolves ---------------------------------------------------------------- */
 
 /* Root mean square in a patch of the functions of the last two degrees along a coordinate, relative
  * to the size of the outputs, the worst of these. */
@@ -105,15 +104,10 @@ static double tail_of(const patch_run *r, const patch_grid *grid, int patch, int
 {
     double worst = 0;
     for (int f = 0; f < grid->outputs; f++) {
-        const double *c =
-            grid->c + (size_t)patch * patch_grid_size(grid) + (size_t)f * (size_t)grid->functions;
+        const double *c = grid->c + patch_first(grid, patch, f);
         double sum = 0;
         for (int j = 0; j < grid->functions; j++) {
-            int function = j;
-            for (int d = grid->dims - 1; d > coordinate; d--) {
-                function /= grid->degree[d] + 1;
-            }
-            if (function % (grid->degree[coordinate] + 1) >= grid->degree[coordinate] - 1) {
+            if (patch_degree(grid, j, coordinate) >= grid->degree[coordinate] - 1) {
                 sum += c[j] * c[j];
             }
         }
@@ -122,14 +116,19 @@ static double tail_of(const patch_run *r, const patch_grid *grid, int patch, int
     return worst;
 }
 
-/* The size of the outputs, as far as is known. *changed: some by more than ten. */
+/* What an error of a patch counts: all of the patches together may have the tolerance. */
+static double share_of(const patch_grid *grid, int patch, double volume)
+{
+    return sqrt(patch_volume(grid, patch) / volume * grid->patches);
+}
+
 void patch_find_scale(patch_run *r, const patch_grid *grid, bool *changed)
 {
     patch_problem *p = &r->problem;
-    double volume = 0, size[PATCH_OUTPUTS] = {0}, most = 0;
+    const double volume = patch_grid_volume(grid);
+    double size[PATCH_OUTPUTS] = {0}, most = 0;
     for (int k = 0; k < grid->patches; k++) {
         const double part = patch_volume(grid, k);
-        volume += part;
         for (size_t i = 0; i < patch_grid_size(grid); i++) {
             const double c = grid->c[(size_t)k * patch_grid_size(grid) + i];
             size[i / (size_t)grid->functions] += part * c * c;
@@ -147,15 +146,13 @@ void patch_find_scale(patch_run *r, const patch_grid *grid, bool *changed)
     }
 }
 
-/* Cells whose tails are too long are halved; where two neighbours have far shorter ones than needed
- * they become one (only if `merge`). Returns how many were halved. */
 int patch_refine(patch_run *r, const patch_grid *grid, int coordinate, bool merge)
 {
     enum { KEEP, HALVE, JOIN };
     const int cells = grid->cells[coordinate];
     const double *edge = grid->edge[coordinate];
     char *what = calloc((size_t)cells, 1);
-    double *tail = calloc((size_t)cells, sizeof *tail), volume = 0;
+    double *tail = calloc((size_t)cells, sizeof *tail);
     double *edges = malloc((2 * (size_t)cells + 1) * sizeof *edges);
     int halved = 0, next = 0;
     if (!what || !tail || !edges) {
@@ -164,15 +161,12 @@ int patch_refine(patch_run *r, const patch_grid *grid, int coordinate, bool merg
         free(edges);
         return 0;
     }
+    const double volume = patch_grid_volume(grid);
     for (int k = 0; k < grid->patches; k++) {
-        volume += patch_volume(grid, k);
-    }
-    for (int k = 0; k < grid->patches; k++) {
-        /* by its share of the error: all of the patches together may have the tolerance */
-        const double share = sqrt(patch_volume(grid, k) / volume * grid->patches);
-        double *worst = &tail[patch_cell(grid, k, coordinate)];
-        *worst = fmax(*worst, share * tail_of(r, grid, k, coordinate));
         const int cell = patch_cell(grid, k, coordinate);
+        const double share = share_of(grid, k, volume);
+        double *worst = &tail[cell];
+        *worst = fmax(*worst, share * tail_of(r, grid, k, coordinate));
         /* a layer that is not seen is there, if anywhere; in time it would be any corner */
         if (!r->problem.marches && (cell == 0 || cell == cells - 1)) {
             *worst = fmax(*worst, share * grid->missed[k]);
@@ -212,20 +206,16 @@ int patch_refine(patch_run *r, const patch_grid *grid, int coordinate, bool merg
     return halved;
 }
 
-/* What a window solved on a grid says of its length: the factor it should have had. */
 double patch_length_factor(const patch_run *r, const patch_grid *grid)
 {
     const int time = patch_time(r);
-    double tail = 0, volume = 0;
+    const double volume = patch_grid_volume(grid);
+    double tail = 0;
     if (!r->problem.marches) {
         return 1;
     }
     for (int k = 0; k < grid->patches; k++) {
-        volume += patch_volume(grid, k);
-    }
-    for (int k = 0; k < grid->patches; k++) {
-        const double share = sqrt(patch_volume(grid, k) / volume * grid->patches);
-        tail = fmax(tail, share * tail_of(r, grid, k, time));
+        tail = fmax(tail, share_of(grid, k, volume) * tail_of(r, grid, k, time));
     }
     return fmin(2, 0.9 * pow(r->local / fmax(tail, 1e-300), 1.0 / grid->degree[time]));
 }

@@ -11,11 +11,6 @@ static const double CONDITION = 100, DATA = 0.1;
 
 /* ---- evaluation ------------------------------------------------------------------------------ */
 
-static const patch_table *table_of(const patch_rows *rows, int k)
-{
-    return &rows->table[rows->tables == 1 ? 0 : k];
-}
-
 /* y [points] = sum over functions of c phi, times a scale. */
 static void combine(const patch_table *table, int jet, int functions, const double *c, double scale,
                     double *y)
@@ -41,15 +36,13 @@ static void fill_patch(void *context, int k, int thread)
     const patch_problem *p = f->w->p;
     const patch_grid *grid = f->w->grid;
     const patch_rows *rows = f->rows;
-    const size_t size = patch_grid_size(grid);
     (void)thread;
     for (int i = 0, used = 0; i < p->outputs * p->jets.count; i++) {
         const int jet = i % p->jets.count, output = i / p->jets.count;
         if (rows->law->uses[i]) {
             const size_t points = rows->first[rows->patches];
-            combine(table_of(rows, k), jet, grid->functions,
-                    grid->c + (size_t)rows->patch[k] * size +
-                        (size_t)output * (size_t)grid->functions,
+            combine(patch_rows_table(rows, k), jet, grid->functions,
+                    grid->c + patch_first(grid, rows->patch[k], output),
                     patch_scale(grid, rows->patch[k], p->jets.order[jet]),
                     rows->numbers + points * (size_t)used++ + rows->first[k]);
         }
@@ -100,8 +93,7 @@ ad_status patch_window_evaluate(patch_window *w, ad_error *error)
         }
         ad_pool_run(p->settings->pool, rows->patches, fill_patch, &filled);
         for (int k = 0; k < p->unknowns; k++) {
-            const size_t input = (size_t)p->dims + (size_t)(p->outputs * p->jets.count + k);
-            double *y = rows->numbers + (rows->inputs[input] - rows->numbers);
+            double *y = rows->unknowns + (size_t)k * points;
             y[0] = p->unknown[k];
             spread(y, points);
         }
@@ -124,32 +116,24 @@ ad_status patch_window_evaluate(patch_window *w, ad_error *error)
 
 /* ---- rows ------------------------------------------------------------------------------------ */
 
-/* The weight of a point of a law: its share of the window's volume or of the face's area. */
-static double share_of(const patch_window *w, const patch_rows *rows, int k, size_t q)
+/* What a residual in a patch is multiplied with, but for the weight of its point: by the patch's
+ * share of the window's volume or of the face's area. */
+static double row_weight(const patch_window *w, const patch_rows *rows, int k, int row)
 {
-    const patch_grid *grid = w->grid;
     const model_set *set = rows->law->set;
-    if (set->points == MODEL_GIVEN) {
-        return 1 / (double)set->source.points;
-    }
-    double share = rows->table->weight[q];
-    for (int d = 0; d < grid->dims; d++) {
-        if (!set->holds[d]) {
-            share *= 2 * patch_half(grid, rows->patch[k], d) /
-                     (grid->edge[d][grid->cells[d]] - grid->edge[d][0]);
-        }
-    }
-    return share;
+    const double kind = set->points == MODEL_INTERIOR ? 1
+                        : set->points == MODEL_GIVEN  ? DATA * sqrt(rows->law->weight[row])
+                                                      : CONDITION;
+    const double share = set->points == MODEL_GIVEN
+                             ? 1 / (double)set->source.points
+                             : patch_share(w->grid, rows->patch[k], set->holds);
+    return kind * rows->factor[row] * sqrt(share);
 }
 
-/* What a residual at a point is multiplied with. */
-static double row_weight(const patch_window *w, const patch_rows *rows, int k, int row, size_t q)
+/* The weight of a point; points that are given count alike. */
+static double point_weight(const patch_rows *rows, size_t q)
 {
-    const model_points points = rows->law->set->points;
-    const double kind = points == MODEL_INTERIOR ? 1
-                        : points == MODEL_GIVEN  ? DATA * sqrt(rows->law->weight[row])
-                                                 : CONDITION;
-    return kind * rows->factor[row] * sqrt(share_of(w, rows, k, q));
+    return rows->law->set->points == MODEL_GIVEN ? 1 : sqrt(rows->table->weight[q]);
 }
 
 static int find_patch(const patch_rows *rows, int patch)
@@ -197,12 +181,13 @@ static void law_row(const patch_window *w, const patch_rows *rows, int k, int ro
                     size_t count, const patch_block *block, size_t row0)
 {
     const patch_law *law = rows->law;
-    const patch_table *table = table_of(rows, k);
+    const patch_table *table = patch_rows_table(rows, k);
     const patch_grid *grid = w->grid;
     const size_t points = (size_t)table->points, from = rows->first[k] + q0;
+    const double of_row = row_weight(w, rows, k, row);
     double weight[CHUNK], factor[CHUNK];
     for (size_t q = 0; q < count; q++) {
-        weight[q] = row_weight(w, rows, k, row, q0 + q);
+        weight[q] = of_row * point_weight(rows, q0 + q);
         block->a[block->residual * block->stride + row0 + q] =
             weight[q] * rows->outputs[row][from + q];
     }
@@ -237,7 +222,7 @@ static void law_row(const patch_window *w, const patch_rows *rows, int k, int ro
 static size_t law_rows(const patch_window *w, const patch_rows *rows, int k,
                        const patch_block *block, size_t row0)
 {
-    const size_t points = (size_t)table_of(rows, k)->points;
+    const size_t points = (size_t)patch_rows_table(rows, k)->points;
     for (int row = 0; row < rows->law->rows; row++, row0 += points) {
         for (size_t q = 0; q < points; q += CHUNK) {
             law_row(w, rows, k, row, q, points - q < CHUNK ? points - q : CHUNK, block, row0 + q);
@@ -262,17 +247,13 @@ static double start_of(const patch_window *w, int patch, const patch_block *bloc
     const int time = p->model->domain.time;
     const size_t points = (size_t)w->start.points;
     const double half = patch_half(grid, patch, time);
-    double sum = 0, y[points + 1], share = 1;
+    bool holds[PATCH_DIMS] = {false};
+    holds[time] = true;
+    double sum = 0, y[points + 1];
+    const double share = patch_share(grid, patch, holds);
     size_t row = 0;
-    for (int d = 0; d < grid->dims; d++) {
-        if (d != time) {
-            share *=
-                2 * patch_half(grid, patch, d) / (grid->edge[d][grid->cells[d]] - grid->edge[d][0]);
-        }
-    }
     for (int f = 0; f < p->outputs; f++) {
-        const double *c =
-            grid->c + (size_t)patch * patch_grid_size(grid) + (size_t)f * (size_t)grid->functions;
+        const double *c = grid->c + patch_first(grid, patch, f);
         for (int k = 0; k < p->order[f][time]; k++, row++) {
             const int jet = jet_along(p, time, k);
             const double *target =
@@ -335,19 +316,14 @@ double patch_joint_rows(const patch_window *w, const patch_joint *joint, const p
     const size_t points = (size_t)low->points, functions = (size_t)grid->functions;
     const double half[2] = {patch_half(grid, joint->a, d), patch_half(grid, joint->b, d)};
     const double least = fmin(half[0], half[1]);
-    double sum = 0, area = 1, y[2][points + 1];
+    bool holds[PATCH_DIMS] = {false};
+    holds[d] = true;
+    double sum = 0, y[2][points + 1];
+    const double area = patch_share(grid, joint->a, holds);
     size_t row = block ? block->row : 0;
-    for (int i = 0; i < grid->dims; i++) {
-        if (i != d) {
-            area *= 2 * patch_half(grid, joint->a, i) /
-                    (grid->edge[i][grid->cells[i]] - grid->edge[i][0]);
-        }
-    }
     for (int f = 0; f < p->outputs; f++) {
-        const double *a =
-            grid->c + (size_t)joint->a * patch_grid_size(grid) + (size_t)f * functions;
-        const double *b =
-            grid->c + (size_t)joint->b * patch_grid_size(grid) + (size_t)f * functions;
+        const double *a = grid->c + patch_first(grid, joint->a, f);
+        const double *b = grid->c + patch_first(grid, joint->b, f);
         for (int k = 0; k < p->order[f][d]; k++, row += points) {
             const int jet = jet_along(p, d, k);
             const double scale[2] = {pow(half[0], -k), pow(half[1], -k)};
@@ -430,10 +406,11 @@ double patch_window_sum(const patch_window *w)
     for (int i = 0; i < w->law_count; i++) {
         const patch_rows *rows = &w->laws[i];
         for (int k = 0; k < rows->patches && !patch_rows_judge(w, rows); k++) {
-            for (size_t q = rows->first[k]; q < rows->first[k + 1]; q++) {
-                for (int row = 0; row < rows->law->rows; row++) {
+            for (int row = 0; row < rows->law->rows; row++) {
+                const double weight = row_weight(w, rows, k, row);
+                for (size_t q = rows->first[k]; q < rows->first[k + 1]; q++) {
                     const double rest =
-                        row_weight(w, rows, k, row, q - rows->first[k]) * rows->outputs[row][q];
+                        weight * point_weight(rows, q - rows->first[k]) * rows->outputs[row][q];
                     sum += rest * rest;
                 }
             }
@@ -454,7 +431,7 @@ static double slope_of(const patch_window *w, const patch_rows *rows, int k, int
 {
     const patch_law *law = rows->law;
     const patch_grid *grid = w->grid;
-    const patch_table *table = table_of(rows, k);
+    const patch_table *table = patch_rows_table(rows, k);
     double sum = 0;
     for (int i = 0; i < law->entry_count; i++) {
         const patch_entry *e = &law->entries[i];
@@ -466,8 +443,7 @@ static double slope_of(const patch_window *w, const patch_rows *rows, int k, int
             sum += by;
             continue;
         }
-        const double *s = slopes + (size_t)rows->patch[k] * patch_grid_size(grid) +
-                          (size_t)e->output * (size_t)grid->functions;
+        const double *s = slopes + patch_first(grid, rows->patch[k], e->output);
         const double scale = patch_scale(grid, rows->patch[k], w->p->jets.order[e->jet]);
         for (int j = 0; j < grid->functions; j++) {
             sum += by * scale * s[j] * table->phi[e->jet][(size_t)j * (size_t)table->points + q];

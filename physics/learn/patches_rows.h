@@ -1,6 +1,5 @@
 /* The rows of a window: residuals of the model, what joins patches, what the window before ends
- * with. For patches_solve.c
- * alone. */
+ * with. For patches_solve.c alone. */
 #ifndef PHYSICS_LEARN_PATCHES_ROWS_H
 #define PHYSICS_LEARN_PATCHES_ROWS_H
 
@@ -10,12 +9,12 @@
 typedef struct patch_rows {
     const patch_law *law;
     int patches;
-    int *patch;    /* [patches] */
-    size_t *first; /* [patches + 1], of its points */
-    int tables;    /* 1, or one for each patch */
-    patch_table *table;
-    double *x;       /* [dims][points], dimensionless */
-    double *numbers; /* [dims..] what the inputs and outputs point to */
+    int *patch;         /* [patches] */
+    size_t *first;      /* [patches + 1], of its points */
+    patch_table *table; /* one, or where points are given one for each patch */
+    double *x;          /* [dims][points], dimensionless */
+    double *numbers;    /* [dims..] what the inputs and outputs point to */
+    double *unknowns;   /* [unknowns][points] of them */
     const double **inputs;
     double **outputs;
     double *factor; /* [rows], of residuals; 0 until they are known */
@@ -44,6 +43,11 @@ typedef struct patch_window {
 ad_status patch_window_create(patch_window *w, patch_problem *p, patch_grid *grid,
                               patch_phase phase, const patch_grid *before, ad_error *error);
 void patch_window_clear(patch_window *w);
+
+static inline const patch_table *patch_rows_table(const patch_rows *rows, int k)
+{
+    return &rows->table[rows->law->set->points == MODEL_GIVEN ? k : 0];
+}
 
 /* How many numbers the window before gives, each with its derivatives by the unknowns. */
 size_t patch_before_size(const patch_window *w);

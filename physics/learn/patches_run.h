@@ -44,7 +44,6 @@ static inline int patch_time(const patch_run *r)
 }
 
 ad_status patch_no_memory(ad_error *error);
-bool patch_time_over(const patch_run *r);
 
 /* ---- patches_refine.c: what patches there are ------------------------------------------------ */
 

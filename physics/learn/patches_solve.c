@@ -13,14 +13,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
-
-double patch_now(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
 
 typedef struct front {
     patch_window *w;
@@ -190,18 +182,13 @@ static ad_status front_create(front *f, patch_window *w, ad_error *error)
 
 /* ---- elimination ----------------------------------------------------------------------------- */
 
-static bool is_late(const front *f)
-{
-    return patch_now() > f->w->p->deadline;
-}
-
 /* The own rows of a patch become a triangle. */
 static void reduce_own(void *context, int patch, int thread)
 {
     front *f = context;
     const size_t rows = patch_own_count(f->w, patch), own = own_columns(f);
     double *a = f->room[thread], *work = a + own * f->height;
-    if (is_late(f)) {
+    if (patch_is_late(f->w->p)) {
         return;
     }
     memset(a, 0, own * f->height * sizeof *a);
@@ -301,7 +288,7 @@ static bool eliminate(front *f)
         const int patch = k + f->pinned;
         const size_t kept = f->own_rows[patch] < size ? f->own_rows[patch] : size;
         double *r = f->r + (size_t)k * columns * size;
-        if (is_late(f)) {
+        if (patch_is_late(f->w->p)) {
             return false;
         }
         memset(r, 0, columns * size * sizeof *r);
@@ -412,8 +399,8 @@ static ad_status take_step(front *f, double *moved, ad_error *error)
     const patch_problem *p = f->w->p;
     const size_t all = (size_t)f->w->grid->patches * f->size, unknowns = (size_t)p->unknowns;
     ad_pool_run(p->settings->pool, f->w->grid->patches, reduce_own, f);
-    if (is_late(f) || !eliminate(f)) {
-        return is_late(f)
+    if (patch_is_late(f->w->p) || !eliminate(f)) {
+        return patch_is_late(f->w->p)
                    ? ad_fail(error, AD_NOT_FINITE, "the time is over")
                    : ad_fail(
                          error, AD_BAD_INPUT,

@@ -61,9 +61,8 @@ static ad_status find_deviations(patch_run *r, ad_error *error)
     return AD_OK;
 }
 
-/* The unknowns whose fields, which follow the equations, are nearest to the data: Gauss-Newton
- * steps of the unknowns alone (variable projection: Golub & Pereyra, SIAM J. Numer. Anal. 10,
- * 1973), each by a march through all of time. The first ones are coarse. */
+/* Gauss-Newton steps of the unknowns alone (variable projection: Golub & Pereyra, SIAM J. Numer.
+ * Anal. 10, 1973), each by a march through all of time. The first ones are coarse. */
 ad_status patch_identify(patch_run *r, int attempt, patches_end *end, ad_error *error)
 {
     enum { MARCHES = 40 };

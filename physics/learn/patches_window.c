@@ -66,17 +66,34 @@ static bool place_points(patch_window *w, patch_rows *rows)
     const size_t all = rows->first[rows->patches];
     rows->x = malloc((size_t)grid->dims * all * sizeof *rows->x + 1);
     for (int k = 0; k < rows->patches && rows->x; k++) {
-        const patch_table *table = &rows->table[rows->tables == 1 ? 0 : k];
+        const patch_table *table = patch_rows_table(rows, k);
         const size_t points = (size_t)table->points;
         for (int d = 0; d < grid->dims; d++) {
-            const double *edge = grid->edge[d] + patch_cell(grid, rows->patch[k], d);
             for (size_t q = 0; q < points; q++) {
                 rows->x[(size_t)d * all + rows->first[k] + q] =
-                    edge[0] + (edge[1] - edge[0]) * (1 + table->local[(size_t)d * points + q]) / 2;
+                    patch_place(grid, rows->patch[k], d, table->local[(size_t)d * points + q]);
             }
         }
     }
     return rows->x != NULL;
+}
+
+/* The patch of each of `count` places, -1: in none of this window. */
+static void find_owners(const patch_window *w, size_t count, const double *x, int *owner)
+{
+    const patch_grid *grid = w->grid;
+    for (size_t i = 0; i < count; i++) {
+        owner[i] = 0;
+        for (int d = 0; d < grid->dims; d++) {
+            const double at = x[(size_t)d * count + i];
+            const double low = grid->edge[d][0]; /* what ends a window is not in the next one */
+            const bool within = at <= grid->edge[d][grid->cells[d]] &&
+                                (at > low || low == w->p->model->domain.coordinates[d].low);
+            owner[i] = within && owner[i] >= 0
+                           ? owner[i] + patch_cell_at(grid, d, at) * grid->stride[d]
+                           : -1;
+        }
+    }
 }
 
 /* Points that a model gives, sorted into patches; data [rows][points] in this order. */
@@ -84,14 +101,15 @@ static ad_status place_given(patch_window *w, patch_rows *rows, double **data, a
 {
     const patch_grid *grid = w->grid;
     const model_source *source = &rows->law->set->source;
-    const size_t count = source->points;
+    const size_t count = source->points, dims = (size_t)grid->dims;
     bool wanted[PATCH_JETS];
-    double *x = malloc((size_t)grid->dims * count * sizeof *x);
+    double *x = malloc(dims * count * sizeof *x), *local = malloc(dims * count * sizeof *local);
     double *values = malloc((size_t)(source->rows + 1) * count * sizeof *values);
-    double *local = malloc((size_t)grid->dims * count * sizeof *local);
     int *owner = malloc(count * sizeof *owner);
-    size_t *from = malloc(count * sizeof *from), kept = 0;
-    bool has_memory = x && values && local && owner && from && rows_list(rows, grid->patches);
+    size_t *from = malloc(count * sizeof *from); /* by patch */
+    size_t *end = calloc((size_t)grid->patches + 1, sizeof *end), kept = 0;
+    bool has_memory =
+        x && values && local && owner && from && end && rows_list(rows, grid->patches);
     nn_rng rng = nn_rng_split(1, rows->law->set->name);
     ad_status status =
         has_memory
@@ -100,39 +118,35 @@ static ad_status place_given(patch_window *w, patch_rows *rows, double **data, a
                            error)
             : ad_fail(error, AD_NO_MEMORY, "out of memory for data");
     wants_of(w->p, rows->law, wanted);
-    for (size_t i = 0; i < count && status == AD_OK; i++) {
-        owner[i] = 0;
-        for (int d = 0; d < grid->dims; d++) {
-            const double at = x[(size_t)d * count + i];
-            int cell = 0;
-            while (cell < grid->cells[d] - 1 && at >= grid->edge[d][cell + 1]) {
-                cell++;
+    if (status == AD_OK) {
+        find_owners(w, count, x, owner);
+        for (size_t i = 0; i < count; i++) {
+            end[owner[i] + 1]++; /* those of no patch come first, and are left out below */
+        }
+        end[0] = 0;
+        for (int k = 0; k < grid->patches; k++) {
+            end[k + 1] += end[k];
+        }
+        kept = end[grid->patches];
+        for (size_t i = 0; i < count; i++) {
+            if (owner[i] >= 0) {
+                from[end[owner[i]]++] = i; /* so end[k] becomes where k ends */
             }
-            const double low = grid->edge[d][0]; /* what ends a window is not in the next one */
-            const bool within = at <= grid->edge[d][grid->cells[d]] &&
-                                (at > low || low == w->p->model->domain.coordinates[d].low);
-            owner[i] = within && owner[i] >= 0 ? owner[i] + cell * grid->stride[d] : -1;
         }
     }
-    rows->tables = 2; /* one for each */
     for (int k = 0; k < grid->patches && status == AD_OK; k++) {
-        size_t here = 0;
-        for (size_t i = 0; i < count; i++) {
-            if (owner[i] == k) {
-                from[kept + here++] = i;
-            }
-        }
+        const size_t first = rows->first[rows->patches], here = end[k] - first;
         for (size_t q = 0; q < here; q++) {
             for (int d = 0; d < grid->dims; d++) {
                 const double *edge = grid->edge[d] + patch_cell(grid, k, d);
                 local[(size_t)d * here + q] =
-                    2 * (x[(size_t)d * count + from[kept + q]] - edge[0]) / (edge[1] - edge[0]) - 1;
+                    2 * (x[(size_t)d * count + from[first + q]] - edge[0]) / (edge[1] - edge[0]) -
+                    1;
             }
         }
         if (here > 0) {
-            kept += here;
             rows->patch[rows->patches] = k;
-            rows->first[rows->patches + 1] = kept;
+            rows->first[rows->patches + 1] = end[k];
             if (!patch_table_at(&rows->table[rows->patches++], grid, &w->p->jets, wanted, (int)here,
                                 local)) {
                 status = ad_fail(error, AD_NO_MEMORY, "out of memory for data");
@@ -150,6 +164,7 @@ static ad_status place_given(patch_window *w, patch_rows *rows, double **data, a
     free(local);
     free(owner);
     free(from);
+    free(end);
     return status != AD_OK || *data ? status
                                     : ad_fail(error, AD_NO_MEMORY, "out of memory for data");
 }
@@ -167,7 +182,6 @@ static ad_status place_face(patch_window *w, patch_rows *rows, ad_error *error)
         !patch_table_create(rows->table, w->grid, &w->p->jets, wanted, end)) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for points");
     }
-    rows->tables = 1;
     for (int k = 0; k < w->grid->patches; k++) {
         if (touches(w->grid, k, end)) {
             rows->patch[rows->patches++] = k;
@@ -177,45 +191,43 @@ static ad_status place_face(patch_window *w, patch_rows *rows, ad_error *error)
     return AD_OK;
 }
 
-/* ---- inputs and outputs of a law ---------------------------------------------------------------
- */
+/* ---- inputs and outputs of a law ------------------------------------------------------------- */
 
 static ad_status connect(patch_window *w, patch_rows *rows, const double *data, ad_error *error)
 {
     const patch_problem *p = w->p;
     const patch_law *law = rows->law;
-    const size_t points = rows->first[rows->patches], jets = (size_t)p->jets.count;
-    const size_t all = (size_t)p->outputs * jets,
-                 results = (size_t)law->rows + (size_t)law->entry_count;
+    const size_t points = rows->first[rows->patches];
+    const size_t all = (size_t)p->outputs * (size_t)p->jets.count;
+    const size_t results = (size_t)law->rows + (size_t)law->entry_count;
     const size_t data_rows = (size_t)law->set->source.rows;
-    size_t used = 0, next = 0, at = 0;
+    size_t used = 0, at = 0;
     for (size_t i = 0; i < all; i++) {
         used += law->uses[i];
     }
     rows->numbers = calloc((used + (size_t)p->unknowns + data_rows + results) * points + 1,
                            sizeof *rows->numbers);
-    rows->inputs = malloc(((size_t)(2 * p->dims + p->unknowns + 1) + all) * sizeof *rows->inputs);
+    rows->inputs = malloc(patch_inputs(p, law) * sizeof *rows->inputs);
     rows->outputs = malloc(results * sizeof *rows->outputs);
     rows->factor = calloc((size_t)law->rows, sizeof *rows->factor);
     if (!rows->numbers || !rows->inputs || !rows->outputs || !rows->factor) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for residuals");
     }
     for (int d = 0; d < p->dims; d++) {
-        rows->inputs[next++] = rows->x + (size_t)d * points;
+        rows->inputs[d] = rows->inputs[patch_input_about(p, law, d)] = rows->x + (size_t)d * points;
     }
     for (size_t i = 0; i < all; i++) { /* what is not used is not read */
-        rows->inputs[next++] = law->uses[i] ? rows->numbers + points * at++ : rows->x;
+        rows->inputs[patch_input_jet(p, i)] =
+            law->uses[i] ? rows->numbers + points * at++ : rows->x;
     }
+    rows->unknowns = rows->numbers + points * at;
     for (int i = 0; i < p->unknowns; i++) {
-        rows->inputs[next++] = rows->numbers + points * at++;
+        rows->inputs[patch_input_unknown(p, i)] = rows->numbers + points * at++;
     }
     if (data_rows > 0) {
-        rows->inputs[next++] = rows->numbers + points * at;
+        rows->inputs[patch_input_data(p)] = rows->numbers + points * at;
         memcpy(rows->numbers + points * at, data, data_rows * points * sizeof *data);
         at += data_rows;
-    }
-    for (int d = 0; d < p->dims; d++) {
-        rows->inputs[next++] = rows->x + (size_t)d * points;
     }
     for (size_t i = 0; i < results; i++) {
         rows->outputs[i] = rows->numbers + points * at++;
@@ -284,9 +296,7 @@ static void fill_before(const patch_window *w, const patch_grid *before, const d
                     double x[PATCH_DIMS];
                     order[time] = k;
                     for (int d = 0; d < grid->dims; d++) {
-                        const double *edge = grid->edge[d] + patch_cell(grid, patch, d);
-                        x[d] = edge[0] + (edge[1] - edge[0]) *
-                                             (1 + w->start.local[(size_t)d * points + q]) / 2;
+                        x[d] = patch_place(grid, patch, d, w->start.local[(size_t)d * points + q]);
                     }
                     *to++ = patch_grid_at(before, c, f, order, x);
                 }

@@ -1,11 +1,12 @@
 /* One set of points: recorded, compiled, run. */
 #include "physics/learn/problem_internal.h"
 
+#include "physics/numerics/clock.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 static void fixed_clear(problem_fixed *fixed)
 {
@@ -67,16 +68,9 @@ static ad_value weight_in_window(const problem *p, const domain_place *at)
     return ad_scale(ad_add(ad_scalar(at->tape, 1), x), 1 / sqrt(7.0 / 3));
 }
 
-static double seconds_now(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
 static bool record_begin(const problem *p, problem_set *set, recording *r)
 {
-    r->began = seconds_now();
+    r->began = clock_seconds(CLOCK_MONOTONIC);
     r->tape = ad_tape_create();
     if (!r->tape) {
         return false;
@@ -113,7 +107,7 @@ static void record_end(problem *p, recording *r)
 {
     ad_tape_free(r->tape);
     p->compiled.count++;
-    p->compiled.seconds += seconds_now() - r->began;
+    p->compiled.seconds += clock_seconds(CLOCK_MONOTONIC) - r->began;
 }
 
 static ad_value mean(ad_value per_point)
