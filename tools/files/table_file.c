@@ -2,37 +2,57 @@
 
 #include <math.h>
 #include <stdbool.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "tools/files/file_bytes.h"
 #include "tools/files/table_parts.h"
 
-typedef enum table_format { FORMAT_CSV, FORMAT_HDF5, FORMAT_NPZ, FORMAT_UNKNOWN } table_format;
+typedef ad_status read_bytes(const table_wanted *wanted, const unsigned char *bytes, size_t size,
+                             table_file **table, ad_error *error);
+typedef ad_status write_bytes(const table_source *source, unsigned char **bytes, size_t *size);
 
-static table_format format_of(const char *path)
+/* Kinds of tables; those without a function are not read, or not written. */
+typedef struct table_format {
+    const char *ending;
+    read_bytes *read;
+    write_bytes *write;
+} table_format;
+
+static const table_format formats[] = {{".csv", table_from_csv, table_to_csv},
+                                       {".h5", table_from_hdf5, table_to_hdf5},
+                                       {".hdf5", table_from_hdf5, table_to_hdf5},
+                                       {".npz", NULL, table_to_npz},
+                                       {".c3d", table_from_c3d, NULL}};
+
+static const table_format *format_of(const char *path)
 {
-    static const struct {
-        const char *ending;
-        table_format format;
-    } known[] = {
-        {".csv", FORMAT_CSV}, {".h5", FORMAT_HDF5}, {".hdf5", FORMAT_HDF5}, {".npz", FORMAT_NPZ}};
-    size_t length = strlen(path);
-    for (size_t k = 0; k < sizeof known / sizeof *known; k++) {
-        size_t ending = strlen(known[k].ending);
-        if (length > ending && strcmp(path + length - ending, known[k].ending) == 0) {
-            return known[k].format;
+    const size_t length = strlen(path);
+    for (size_t k = 0; k < sizeof formats / sizeof *formats; k++) {
+        const size_t ending = strlen(formats[k].ending);
+        if (length > ending && strcmp(path + length - ending, formats[k].ending) == 0) {
+            return &formats[k];
         }
     }
-    return FORMAT_UNKNOWN;
+    return NULL;
 }
 
-static ad_status fail_format(const char *path, ad_status status, ad_error *error)
+static ad_status fail_format(const char *path, bool written, ad_error *error)
 {
-    return ad_fail(error, status,
-                   "%s: the ending does not say what kind of table it is; allowed: .csv, .h5, "
-                   ".hdf5%s",
-                   file_bytes_shown(path), status == AD_BAD_ARGUMENT ? ", .npz" : "");
+    const table_format *format = format_of(path);
+    char endings[64] = "", what[64] = "the ending does not say what kind of table it is";
+    for (size_t k = 0; k < sizeof formats / sizeof *formats; k++) {
+        if (written ? formats[k].write != NULL : formats[k].read != NULL) {
+            strcat(strcat(endings, *endings ? ", " : ""), formats[k].ending);
+        }
+    }
+    if (format) {
+        snprintf(what, sizeof what, "%s is %s", format->ending,
+                 written ? "read, not written" : "written, not read");
+    }
+    return ad_fail(error, written ? AD_BAD_ARGUMENT : AD_BAD_INPUT, "%s: %s; allowed: %s",
+                   file_bytes_shown(path), what, endings);
 }
 
 /* A name made of these alone would be taken for a number. */
@@ -196,22 +216,16 @@ ad_status table_read_words(const char *path, table_numbers numbers, const char *
     const table_wanted wanted = {path, numbers, words};
     unsigned char *bytes = NULL;
     size_t size = 0, file_size = 0;
-    table_format format = format_of(path);
+    const table_format *format = format_of(path);
     *table = NULL;
-    if (format == FORMAT_NPZ) {
-        return ad_fail(error, AD_BAD_INPUT,
-                       "%s: .npz is written, not read; allowed: .csv, .h5, .hdf5",
-                       file_bytes_shown(path));
-    }
-    if (format == FORMAT_UNKNOWN) {
-        return fail_format(path, AD_BAD_INPUT, error);
+    if (!format || !format->read) {
+        return fail_format(path, false, error);
     }
     ad_status status = file_bytes_read(path, 0, &bytes, &size, &file_size, error);
     if (status != AD_OK) {
         return status;
     }
-    status = format == FORMAT_CSV ? table_from_csv(&wanted, bytes, size, table, error)
-                                  : table_from_hdf5(&wanted, bytes, size, table, error);
+    status = format->read(&wanted, bytes, size, table, error);
     free(bytes);
     return status;
 }
@@ -326,18 +340,8 @@ static ad_status check_source(const char *path, const table_source *source, ad_e
 
 ad_status table_check_path(const char *path, ad_error *error)
 {
-    if (format_of(path) == FORMAT_UNKNOWN) {
-        return fail_format(path, AD_BAD_ARGUMENT, error);
-    }
-    return file_bytes_check(path, error);
-}
-
-static ad_status to_bytes(const table_source *source, table_format format, unsigned char **bytes,
-                          size_t *size)
-{
-    return format == FORMAT_CSV    ? table_to_csv(source, bytes, size)
-           : format == FORMAT_HDF5 ? table_to_hdf5(source, bytes, size)
-                                   : table_to_npz(source, bytes, size);
+    const table_format *format = format_of(path);
+    return format && format->write ? file_bytes_check(path, error) : fail_format(path, true, error);
 }
 
 void table_begin(table_build *to, size_t rows)
@@ -364,11 +368,11 @@ ad_status table_write(const char *path, const table_source *table, ad_error *err
 {
     unsigned char *bytes = NULL;
     size_t size = 0;
-    table_format format = format_of(path);
-    if (format == FORMAT_UNKNOWN) {
-        return fail_format(path, AD_BAD_ARGUMENT, error);
+    const table_format *format = format_of(path);
+    if (!format || !format->write) {
+        return fail_format(path, true, error);
     }
-    if (format == FORMAT_NPZ && !table_fits_npz(table)) {
+    if (format->write == table_to_npz && !table_fits_npz(table)) {
         return ad_fail(error, AD_BAD_ARGUMENT,
                        "%s: %zu x %zu numbers are more than 4 GiB; allowed there: .h5, .hdf5, .csv",
                        file_bytes_shown(path), table->nrows, table->ncols);
@@ -377,7 +381,7 @@ ad_status table_write(const char *path, const table_source *table, ad_error *err
     if (status != AD_OK) {
         return status;
     }
-    status = to_bytes(table, format, &bytes, &size);
+    status = format->write(table, &bytes, &size);
     if (status != AD_OK) {
         return ad_fail(error, status, "%s: cannot be written: out of memory for %zu x %zu numbers",
                        file_bytes_shown(path), table->nrows, table->ncols);

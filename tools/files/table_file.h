@@ -1,6 +1,6 @@
-/* Tables: named columns of numbers, all of one length, as CSV, HDF5 or NumPy's .npz. Columns that
- * the caller names may hold words instead. The file's ending decides: ".csv", ".h5" or ".hdf5"; and
- * ".npz", which is written only.
+/* Tables: named columns of numbers, all of one length, as CSV, HDF5, NumPy's .npz or C3D. Columns
+ * that the caller names may hold words instead. The file's ending decides: ".csv", ".h5", ".hdf5";
+ * ".npz", which is written only; ".c3d", which is read only.
  *
  * CSV: one line of column names, then one line of numbers for each row, fields separated by commas,
  *   blanks around a field ignored, empty lines and lines whose first character is '#' skipped. A
@@ -16,7 +16,15 @@
  * table["units"])) Written files keep the order of the columns; others are read in the order of
  * their links' creation if they track it, else of their names. Column names: 1 to 63 bytes, not a
  * number, no comma, quote, slash, '#' or control character, no blank at either end, not "." or
- * "..". */
+ * "..".
+ *
+ * C3D, what cameras saw of markers, https://www.c3d.org: a row for each frame, the column t in s
+ *   from the first one by POINT:RATE, and of each marker LABEL.x, LABEL.y, LABEL.z in metres by
+ *   POINT:UNITS (m, cm, mm; as they stand where the file says none). In labels a run of other than
+ *   letters and digits is one underscore: "Tip - 1" gives Tip_1.x. Without a label of its own a
+ *   marker is marker_1, by its place. A marker that was lost, with a negative residual, is NaN.
+ *   Numbers of Intel, DEC and MIPS. A POINT:SCALE < 0 tells that frames hold reals: these are in
+ *   the file's unit, and the scale is not applied to them; one > 0 is that of integers. */
 #ifndef TOOLS_FILES_TABLE_FILE_H
 #define TOOLS_FILES_TABLE_FILE_H
 
@@ -65,7 +73,7 @@ ad_status table_read_words(const char *path, table_numbers numbers, const char *
                            table_file **table, ad_error *error);
 const char *const *table_words(const table_file *table, const char *name);
 
-/* The line of a CSV file, from 1, on which a row, from 0, stands; 0 for a row of an HDF5 file. */
+/* The line of a CSV file, from 1, on which a row, from 0, stands; 0 for a row of other files. */
 size_t table_line(const table_file *table, size_t row);
 
 /* Whether table_write could put a file there, asked before the work that fills it: of its ending

@@ -1,4 +1,4 @@
-/* What table_file.c, table_csv.c, table_hdf5.c and table_npz.c share; not for other files. */
+/* What table_file.c and its formats, table_csv.c and so on, share; not for other files. */
 #ifndef TOOLS_FILES_TABLE_PARTS_H
 #define TOOLS_FILES_TABLE_PARTS_H
 
@@ -12,7 +12,7 @@ struct table_file {
     double **values;                    /* [columns], each [rows]; NULL for words */
     char (**words)[TABLE_MAX_NAME + 1]; /* [columns], each [rows] or NULL */
     const char ***pointers;             /* [columns], to the words */
-    size_t *lines;                      /* [rows], of a CSV file; NULL: it was HDF5 */
+    size_t *lines;                      /* [rows], of a CSV file; NULL: of others */
     ad_error *problems; /* [columns], of TABLE_MEASURED: what is no number; of others all AD_OK */
     char *path;         /* as messages have it */
 };
@@ -47,6 +47,9 @@ ad_status table_from_csv(const table_wanted *wanted, const unsigned char *bytes,
                          table_file **table, ad_error *error);
 ad_status table_from_hdf5(const table_wanted *wanted, const unsigned char *bytes, size_t size,
                           table_file **table, ad_error *error);
+
+ad_status table_from_c3d(const table_wanted *wanted, const unsigned char *bytes, size_t size,
+                         table_file **table, ad_error *error);
 
 /* The file as bytes, owned by the caller; AD_NO_MEMORY or AD_IO, without a message. */
 ad_status table_to_csv(const table_source *source, unsigned char **bytes, size_t *size);
