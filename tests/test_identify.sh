@@ -32,6 +32,33 @@ check lost markers -- near "$(first lost.json)" "$(first all.json)" 3e-3
 run 2 cpinn-solve "$scenes/stiffness.yaml" --set "data[0].file=$PWD/millimetres.csv"
 said stderr.txt 'millimetres.csv: positions lie some 887 times the length, 0.2 m, from .*; they are in m, not in mm'
 
+# The same numbers as others write them: in mm, without names, to be read from another folder; and rows that
+# are held out, of which each is as far from what is found as those that it was found from.
+mkdir records
+awk -F, -v OFS=, 'NR > 1 { print $4 * 1000, $5 * 1000, -$6 * 1000, $1, $2 - 0.001 }' "$scenes/stiffness_tips.csv" >records/tips.csv
+as_written='quantity: position, file: tips.csv, noise: 5.0e-4, columns: {x: c1/mm, y: c2/mm, z: -c3/mm, turned: c4, pull: c5 + 0.001, s: 0.2}'
+written() { cpinn-solve "$scenes/stiffness.yaml" --data records --set parameters.mm=1000 --set "data=[$1]" "${@:2}"; }
+run 0 written "{$as_written}" --json written.json
+check same value from other units -- near "$(first written.json)" "$(first all.json)" 1e-5 # awk writes 6 digits
+run 0 written "{$as_written, rows: {every: 2}}, {$as_written, rows: {from: 2, to: 20}, held_out: true}" --json half.json
+said stdout.txt '^  tips.csv +10 .*[0-9]$'
+said stdout.txt '^  tips.csv +19 .* held out$'
+check held out -- near "$(grep -A5 held_out half.json | sed -n 's/.*"rms": \([^,]*\).*/\1/p')" "$(grep -A5 '"fitted"' half.json | sed -n 's/.*"rms": \([^,]*\).*/\1/p')" 0.5
+refuse_written() {
+    run 2 written "$2"
+    said stderr.txt "$1"
+    check one line -- test "$(wc -l <stderr.txt)" -eq 1
+}
+refuse_written "data\[0\].columns: 'w' is nothing that is needed; allowed: s, x, y, z, turned, pull" "{${as_written/s: 0.2/s: 0.2, w: c1}}"
+refuse_written "data\[0\].columns: x: 'd1' is no column of the file, nor a number of the scene; columns are i1, i2, c1 to c5, c1, c2, c3, c4, c5" "{${as_written/c1/d1}}"
+refuse_written "data\[0\].columns: y: 'c2/\(c2-c2\)' is not a finite number in row 1" "{${as_written/c2\/mm/c2/(c2-c2)}}"
+refuse_written "data\[0\].rows.where: column 4 of 'c1-': the formula ends" "{$as_written, rows: {where: c1-}}"
+refuse_written 'no row is chosen; at least one row is needed' "{$as_written, rows: {from: 21}}"
+refuse_written 'data\[0\].held_out: all data are held out' "{$as_written, held_out: true}"
+refuse_written 'data\[0\].columns: is 3; allowed: a section of names, each with a number or a formula' '{quantity: position, file: tips.csv, columns: 3}'
+run 2 cpinn-solve "$scenes/stiffness.yaml" --data nowhere
+said stderr.txt '^cpinn-solve: --data nowhere: allowed: a folder that is there$'
+
 # The network finds what the solver does, as well known.
 run 0 cpinn-solve "$scenes/bent.yaml" --json solved.json
 run 0 cpinn-train "$scenes/bent.yaml" --out whole --threads 1 --json trained.json

@@ -1,5 +1,6 @@
 /* Nodes of formulas, their names, and what is asked of them. */
 #include "physics/quantity/quantity_internal.h"
+#include "physics/quantity/quantity_within.h"
 
 #include <math.h>
 #include <pthread.h>
@@ -15,6 +16,7 @@ struct quantities {
     int count, open;
     quantity_name names[NAMES_MAX];
     quantity_table *tables;
+    const quantities *outer;
 };
 
 static const quantity_node no_memory = {
@@ -166,6 +168,15 @@ quantities *quantities_create_open(void)
     return names;
 }
 
+quantities *quantities_create_within(const quantities *outer)
+{
+    quantities *names = quantities_create_open();
+    if (names) {
+        names->outer = outer;
+    }
+    return names;
+}
+
 quantities *quantities_create(void)
 {
     quantities *names = quantities_create_open();
@@ -194,7 +205,8 @@ void quantities_free(quantities *names)
     free(names);
 }
 
-quantity quantities_find(const quantities *names, const char *name, size_t length)
+/* Of the names themselves. */
+static quantity find_own(const quantities *names, const char *name, size_t length)
 {
     for (int i = 0; i < names->count; i++) {
         if (strlen(names->names[i].text) == length &&
@@ -203,6 +215,18 @@ quantity quantities_find(const quantities *names, const char *name, size_t lengt
         }
     }
     return (quantity){.is_given = false};
+}
+
+quantity quantities_find(const quantities *names, const char *name, size_t length)
+{
+    const quantity own = find_own(names, name, length);
+    if (own.is_given || !names->outer) {
+        return own;
+    }
+    double number;
+    return quantity_is_number(quantities_find(names->outer, name, length), &number)
+               ? quantity_number(number)
+               : own;
 }
 
 void quantities_use(quantities *names, const char *name, size_t length)
@@ -250,7 +274,7 @@ static ad_status check_name(const quantities *names, const char *name, bool dott
                        "with a letter",
                        name);
     }
-    if (quantities_find(names, name, length).is_given || strcmp(name, "pi") == 0 ||
+    if (find_own(names, name, length).is_given || strcmp(name, "pi") == 0 ||
         quantity_operation_find(name, length) || quantity_table_find(names->tables, name, length)) {
         return ad_fail(error, AD_BAD_INPUT, "formulas know '%s' already; choose another name",
                        name);
@@ -284,9 +308,13 @@ ad_status quantities_define(quantities *names, const char *name, quantity value,
     return status;
 }
 
-const quantity_table *quantities_tables(const quantities *names)
+const quantity_table *quantities_table(const quantities *names, const char *name, size_t length)
 {
-    return names->tables;
+    const quantity_table *table = NULL;
+    for (; names && !table; names = names->outer) {
+        table = quantity_table_find(names->tables, name, length);
+    }
+    return table;
 }
 
 ad_status quantities_define_table(quantities *names, const char *name, int count, const double *x,

@@ -94,8 +94,8 @@ const quantity_table *quantity_table_find(const quantity_table *first, const cha
                                           size_t length);
 quantity quantity_table_call(const quantity_table *table, quantity x);
 
-/* Those of `names`. */
-const quantity_table *quantities_tables(const quantities *names);
+/* The table of that name that formulas of `names` know, NULL: none. */
+const quantity_table *quantities_table(const quantities *names, const char *name, size_t length);
 
 /* Whether the name goes on there with a point and a letter, as "tip.x" does. */
 bool quantity_name_goes_on(const char *at);

@@ -230,8 +230,7 @@ static quantity parse_name(quantity_parser *parser)
     if (function) {
         return parse_call(parser, at, function);
     }
-    const quantity_table *table =
-        quantity_table_find(quantities_tables(parser->names), name, length);
+    const quantity_table *table = quantities_table(parser->names, name, length);
     if (table) {
         return parse_table(parser, at, table);
     }

@@ -125,7 +125,7 @@ static void test_every_key(void **state)
         int count = list ? 2 : 1;
         config_key_path(key, 0, path);
         bool one = key->type == CONFIG_QUANTITY && key->entries_max == 0; /* may be identified */
-        bool section = key->type == CONFIG_PARAMETER || one;              /* which is one */
+        bool section = key->type == CONFIG_PARAMETER || key->type == CONFIG_FORMULAS || one;
         snprintf(override, sizeof override, "%s=%s", path, section ? "[1]" : "{a: b}");
         snprintf(start, sizeof start, "override %s: %s: is a %s; allowed: ", override, path,
                  section ? "list" : "section");

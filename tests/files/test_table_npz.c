@@ -174,8 +174,10 @@ static void refusals(void **state)
     assert_int_equal(entries(0), 0);
     assert_int_equal(table_write(at("t.npz"), &table, &error), AD_OK);
     assert_int_equal(table_read(at("t.npz"), TABLE_FINITE, &read, &error), AD_BAD_INPUT);
-    assert_non_null(strstr(error.message, ".npz is written, not read; allowed: .csv, .h5, .hdf5"));
+    assert_non_null(strstr(error.message, "column 'u1' row 2 is not finite"));
     assert_null(read);
+    assert_int_equal(table_write(at("t.npy"), &table, &error), AD_BAD_ARGUMENT);
+    assert_non_null(strstr(error.message, "allowed: .csv, .h5, .hdf5, .npz"));
 }
 
 /* The attribute of each dataset; the table reads back as if it were not there. */

@@ -268,7 +268,7 @@ static void test_refusals(void **state)
          "data[0].file: FILE:4: the length of qw to qz is 1.41421; allowed: 0.999 to 1.001"},
         {"s,x,y,z\n0.1,99,3,4\n0.2,190,9,-21\n0.3,260,14,-80\n", "position",
          "data[0].file: FILE: positions lie some 908 times the length, 0.3 m, from where the rod "
-         "is held; they are in m, not in mm"},
+         "is held; they are in m, not in mm; columns: {x: x/1000, y: y/1000, z: z/1000} reads mm"},
         {"s,qw,qx,qy,qz\n0.1,0,1,0,1\n", "rotation",
          "data[0].file: FILE:2: the length of qw to qz is 1.41421; allowed: 0.999 to 1.001"},
         {"s,vx,vy,vz\n0.1,0,1,0\n", "velocity", "data[0].quantity: this scene has no velocity"},

@@ -235,7 +235,7 @@ static bool keep(config *experiment, const config_key *key, void *field)
 {
     const char **text = field;
     quantity *q = field;
-    if (key->type == CONFIG_TEXT && *text) {
+    if ((key->type == CONFIG_TEXT || key->type == CONFIG_FORMULAS) && *text) {
         *text = config_keep(experiment->source, *text);
         return *text != NULL;
     }
@@ -277,7 +277,8 @@ static ad_status keep_all(config *experiment, ad_error *error)
     ad_status status = AD_OK;
     for (int i = 0; i < config_key_count && status == AD_OK; i++) {
         const config_key *key = &config_keys[i];
-        bool is_one = key->type == CONFIG_TEXT || key->type == CONFIG_QUANTITY;
+        bool is_one = key->type == CONFIG_TEXT || key->type == CONFIG_FORMULAS ||
+                      key->type == CONFIG_QUANTITY;
         int fields = is_one ? config_key_fields(experiment, key) : 0;
         for (int index = 0; index < fields && status == AD_OK; index++) {
             status = keep_field(experiment, key, index, error);

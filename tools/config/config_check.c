@@ -147,6 +147,18 @@ static ad_status parse_field(config *experiment, const config_key *key, int inde
     return status;
 }
 
+/* Whether formulas of columns that are measured have the name. */
+static bool is_in_columns(const config *experiment, const char *name)
+{
+    bool found = false;
+    for (int i = 0; i < experiment->settings.data_count; i++) {
+        const train_data *data = &experiment->settings.data[i];
+        found = found || (data->columns && strstr(data->columns, name)) ||
+                (data->where && strstr(data->where, name));
+    }
+    return found;
+}
+
 static ad_status check_uses(const config *experiment, ad_error *error)
 {
     char path[CONFIG_PATH_MAX];
@@ -162,7 +174,8 @@ static ad_status check_uses(const config *experiment, ad_error *error)
         const config_parameter *set = &experiment->parameters[i];
         snprintf(path, sizeof path, "parameters.%s", set->name);
         if (config_overridden(experiment->source, path) &&
-            !quantities_used(experiment->names, set->name)) {
+            !quantities_used(experiment->names, set->name) &&
+            !is_in_columns(experiment, set->name)) {
             return config_blame(experiment->source, error, path, "no formula of the scene uses it");
         }
     }

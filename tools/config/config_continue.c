@@ -13,7 +13,7 @@ static bool always_free(const char *path)
             return true;
         }
     }
-    return strcmp(path, "name") == 0;
+    return strcmp(path, "name") == 0 || strcmp(path, "data_folder") == 0;
 }
 
 /* The value as YAML; NULL when memory runs out. */

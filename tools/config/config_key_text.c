@@ -279,7 +279,8 @@ static void range_of(const config_key *key, char *text, size_t size)
 {
     const char *more = key->flags & CONFIG_LOW_OPEN ? ">" : ">=";
     const char *less = key->flags & CONFIG_HIGH_OPEN ? "<" : "<=";
-    bool numeric = key->type != CONFIG_CHOICE && key->type != CONFIG_TEXT;
+    bool numeric =
+        key->type != CONFIG_CHOICE && key->type != CONFIG_TEXT && key->type != CONFIG_FORMULAS;
     text[0] = '\0';
     if (!numeric || (isinf(key->low) && isinf(key->high))) {
         return;
@@ -309,6 +310,8 @@ static const char *type_text(config_type type, bool many)
                "number}";
     case CONFIG_CHOICE:
         return "one of";
+    case CONFIG_FORMULAS:
+        return "a section of names, each with a number or a formula";
     case CONFIG_TEXT:
         break;
     }
@@ -362,6 +365,7 @@ size_t config_key_entry_size(const config_key *key)
     case CONFIG_QUANTITY:
         return sizeof(quantity);
     case CONFIG_TEXT:
+    case CONFIG_FORMULAS:
     case CONFIG_PARAMETER:
         break;
     }

@@ -11,6 +11,7 @@ typedef enum config_type {
     CONFIG_LONG,     /* int64_t or uint64_t within its range */
     CONFIG_CHOICE,   /* an enumeration */
     CONFIG_TEXT,     /* const char *; NULL: not given */
+    CONFIG_FORMULAS, /* names and formulas: const char *, a line "name=formula" of each; NULL */
     CONFIG_QUANTITY, /* quantity, a number or a formula */
     CONFIG_PARAMETER /* one of config.parameters, by the last part of its path */
 } config_type;

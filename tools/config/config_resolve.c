@@ -256,6 +256,24 @@ ad_status config_absolute(config *experiment, const char *path, const char **fil
     return *file ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
 }
 
+/* The same of a file in the folder of data. */
+static ad_status find_data(config *experiment, const char *path, const char **file, ad_error *error)
+{
+    const char *folder = experiment->settings.data_folder;
+    char joined[4096];
+    if (*file && **file != '/' && folder) {
+        const int length = snprintf(joined, sizeof joined, "%s/%s", folder, *file);
+        if (length < 0 || (size_t)length >= sizeof joined) {
+            return config_blame(experiment->source, error, path, "the path is too long");
+        }
+        *file = config_keep(experiment->source, joined);
+        if (!*file) {
+            return ad_fail(error, AD_NO_MEMORY, "out of memory");
+        }
+    }
+    return config_absolute(experiment, path, file, error);
+}
+
 /* Paths of files that are read later. */
 static ad_status resolve_files(config *experiment, ad_error *error)
 {
@@ -264,7 +282,7 @@ static ad_status resolve_files(config *experiment, ad_error *error)
     for (int i = 0; status == AD_OK && i < settings->data_count; i++) {
         char path[32];
         snprintf(path, sizeof path, "data[%d].file", i);
-        status = config_absolute(experiment, path, &settings->data[i].file, error);
+        status = find_data(experiment, path, &settings->data[i].file, error);
     }
     const struct {
         const char *path, **file;

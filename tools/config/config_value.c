@@ -268,6 +268,45 @@ static const char *read_text(config_reader *reader, const yaml_node_t *node, voi
     return kept ? NULL : out_of_memory;
 }
 
+/* A section of names and formulas becomes lines "name=formula". */
+static ad_status read_formulas(config_reader *reader, const config_key *key, const char *path,
+                               yaml_node_t *node)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *lines = open_memstream(&text, &size);
+    char value[96];
+    const char *problem = node->type == YAML_MAPPING_NODE ? NULL : value;
+    value_text(node, value);
+    if (!lines) {
+        return ad_fail(reader->error, AD_NO_MEMORY, "%s: out of memory", reader->origin.file);
+    }
+    const yaml_node_pair_t *pair = problem ? NULL : node->data.mapping.pairs.start;
+    for (; !problem && pair < node->data.mapping.pairs.top; pair++) {
+        const yaml_node_t *name = yaml_document_get_node(reader->document, pair->key);
+        const yaml_node_t *formula = yaml_document_get_node(reader->document, pair->value);
+        if (name->type != YAML_SCALAR_NODE || formula->type != YAML_SCALAR_NODE ||
+            strpbrk(scalar(name), "=\n") || !*scalar(name) || strchr(scalar(formula), '\n') ||
+            !*scalar(formula)) {
+            problem = "has what is not a name with a number or a formula";
+        } else {
+            fprintf(lines, "%s=%s\n", scalar(name), scalar(formula));
+        }
+    }
+    const bool complete = fclose(lines) == 0;
+    const char *kept = complete ? config_keep(reader->experiment->source, text) : NULL;
+    problem = !problem && size == 0 ? "is empty" : problem;
+    free(text);
+    if (!kept) {
+        return ad_fail(reader->error, AD_NO_MEMORY, "%s: out of memory", reader->origin.file);
+    }
+    if (problem) {
+        return refuse(reader, key, path, problem, false);
+    }
+    *(const char **)config_field(reader->experiment, key, path) = kept;
+    return AD_OK;
+}
+
 static bool tag_is_known(const yaml_node_t *node)
 {
     static const char *const kinds[] = {"str", "int", "float", "null", "bool", "seq", "map"};
@@ -443,6 +482,9 @@ ad_status config_read_value(config_reader *reader, const config_key *key, const 
     }
     if (key->entries_max > 0) {
         return read_list(reader, key, path, node);
+    }
+    if (key->type == CONFIG_FORMULAS) {
+        return read_formulas(reader, key, path, node);
     }
     return read_scalar(reader, key, path, node, config_field(reader->experiment, key, path), false);
 }

@@ -10,10 +10,10 @@ enum { HELP_COLUMNS = 96 };
 
 /* ---- values -------------------------------------------------------------------------------- */
 
-static void write_quoted(FILE *file, const char *text)
+static void write_part(FILE *file, const char *text, size_t length)
 {
     fputc('"', file);
-    for (; *text; text++) {
+    for (const char *end = text + length; text < end; text++) {
         unsigned char byte = (unsigned char)*text;
         if (byte == '"' || byte == '\\') {
             fprintf(file, "\\%c", byte);
@@ -24,6 +24,25 @@ static void write_quoted(FILE *file, const char *text)
         }
     }
     fputc('"', file);
+}
+
+static void write_quoted(FILE *file, const char *text)
+{
+    write_part(file, text, strlen(text));
+}
+
+/* Lines "name=formula". */
+static void write_formulas(FILE *file, const char *lines)
+{
+    fputc('{', file);
+    for (const char *line = lines; *line; line += strspn(line, "\n")) {
+        const size_t name = strcspn(line, "=");
+        const char *formula = line + name + 1;
+        fprintf(file, "%s%.*s: ", line == lines ? "" : ", ", (int)name, line);
+        write_part(file, formula, strcspn(formula, "\n"));
+        line = formula + strcspn(formula, "\n");
+    }
+    fputc('}', file);
 }
 
 static void write_quantity(FILE *file, quantity q, bool as_written)
@@ -68,6 +87,10 @@ static void write_entry(FILE *file, const config_key *key, const void *field, bo
         memcpy(&text, field, sizeof text);
         write_quoted(file, text);
         break;
+    case CONFIG_FORMULAS:
+        memcpy(&text, field, sizeof text);
+        write_formulas(file, text);
+        break;
     case CONFIG_QUANTITY:
         memcpy(&q, field, sizeof q);
         write_quantity(file, q, as_written);
@@ -92,7 +115,7 @@ static bool has_value(const config_key *key, const char *field)
     if (key->type == CONFIG_PARAMETER) {
         return false;
     }
-    if (key->type == CONFIG_TEXT) {
+    if (key->type == CONFIG_TEXT || key->type == CONFIG_FORMULAS) {
         const char *text = NULL;
         memcpy(&text, field, sizeof text);
         return text != NULL;
@@ -315,9 +338,9 @@ static int write_list(yaml_writer *writer, int first)
 static bool is_physics(const char *path)
 {
     static const char *const others[] = {
-        "name",        "tables",  "data",      "time.windows", "formulation", "motion",
-        "enforcement", "network", "losses",    "training",     "checkpoint",  "output",
-        "members",     "control", "surrogate", "plan",         "optimize"};
+        "name",   "data_folder", "tables",  "data",      "time.windows", "formulation",
+        "motion", "enforcement", "network", "losses",    "training",     "checkpoint",
+        "output", "members",     "control", "surrogate", "plan",         "optimize"};
     for (size_t i = 0; i < sizeof others / sizeof *others; i++) {
         size_t length = strlen(others[i]);
         if (strncmp(path, others[i], length) == 0 && strchr(".[", path[length])) { /* or its end */

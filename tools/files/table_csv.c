@@ -152,51 +152,6 @@ static size_t count_rows(const csv_reader *reader, size_t columns)
     return lines < most ? lines : most;
 }
 
-static ad_status read_header(csv_reader *reader)
-{
-    csv_field field;
-    size_t columns = 0, count = 0;
-    while (next_field(reader, &field)) {
-        count++;
-    }
-    reader->field = reader->start;
-    if (count > TABLE_MAX_COLUMNS) {
-        return refuse(reader, reader->start, NULL, 0, "too many columns; allowed: 1024");
-    }
-    const size_t capacity = count_rows(reader, count);
-    reader->table = table_create(reader->wanted, count, capacity);
-    if (reader->table) {
-        reader->table->lines = calloc(capacity, sizeof *reader->table->lines);
-    }
-    if (!reader->table || !reader->table->lines) {
-        return ad_fail(reader->error, AD_NO_MEMORY, "%s: out of memory for %zu columns of %zu rows",
-                       file_bytes_shown(reader->wanted->path), count, capacity);
-    }
-    while (next_field(reader, &field)) {
-        char problem[160];
-        const char *wrong = table_name_problem(field.start, field.length);
-        if (wrong) {
-            snprintf(problem, sizeof problem, "%s; the first line must name the columns", wrong);
-            return refuse(reader, field.start, field.start, field.length, problem);
-        }
-        memcpy(reader->table->names[columns], field.start, field.length);
-        for (size_t k = 0; k < columns; k++) {
-            if (strcmp(reader->table->names[k], reader->table->names[columns]) == 0) {
-                return refuse(reader, field.start, field.start, field.length,
-                              "a column of this name is there already; names must differ");
-            }
-        }
-        if (table_wants_words(reader->wanted, reader->table->names[columns]) &&
-            !table_hold_words(reader->table, columns, capacity)) {
-            return ad_fail(reader->error, AD_NO_MEMORY, "%s: out of memory for %zu words",
-                           file_bytes_shown(reader->wanted->path), capacity);
-        }
-        columns++;
-    }
-    reader->header_line = reader->line;
-    return AD_OK;
-}
-
 /* True if text is one of the words for a number that is not finite. */
 static bool parse_word(const char *text, double *value)
 {
@@ -221,35 +176,40 @@ static bool parse_word(const char *text, double *value)
     return false;
 }
 
+/* NULL, or what is wrong with the field as a number. */
+static const char *number_problem(const table_wanted *wanted, csv_field field, double *value)
+{
+    const table_numbers numbers = wanted->numbers;
+    char text[MAX_NUMBER + 1];
+    char *behind = text;
+    *value = NAN;
+    if (field.length == 0) {
+        return numbers != TABLE_MEASURED ? "is empty" : NULL;
+    }
+    if (field.length > MAX_NUMBER) {
+        return "is longer than 127 bytes";
+    }
+    memcpy(text, field.start, field.length);
+    text[field.length] = 0;
+    if (parse_word(text, value)) {
+        return numbers == TABLE_FINITE || (numbers == TABLE_MEASURED && isinf(*value))
+                   ? "is not finite"
+                   : NULL;
+    }
+    /* strtod alone would also take hexadecimal numbers and leading blanks. */
+    const bool plain = strspn(text, "0123456789+-.eE") == field.length;
+    *value = plain ? strtod(text, &behind) : 0.0;
+    if (!plain || *behind || behind == text) {
+        return "is not a number";
+    }
+    return isinf(*value) ? "is too large for a double" : NULL;
+}
+
 static ad_status parse_number(const csv_reader *reader, csv_field field, double *value)
 {
     const table_numbers numbers = reader->wanted->numbers;
-    char text[MAX_NUMBER + 1], problem[160];
-    const char *wrong = NULL;
-    char *behind = text;
-    if (field.length == 0) {
-        *value = NAN;
-        wrong = numbers != TABLE_MEASURED ? "is empty" : NULL;
-    } else if (field.length > MAX_NUMBER) {
-        wrong = "is longer than 127 bytes";
-    } else {
-        memcpy(text, field.start, field.length);
-        text[field.length] = 0;
-        if (parse_word(text, value)) {
-            wrong = numbers == TABLE_FINITE || (numbers == TABLE_MEASURED && isinf(*value))
-                        ? "is not finite"
-                        : NULL;
-        } else {
-            /* strtod alone would also take hexadecimal numbers and leading blanks. */
-            bool plain = strspn(text, "0123456789+-.eE") == field.length;
-            *value = plain ? strtod(text, &behind) : 0.0;
-            if (!plain || *behind || behind == text) {
-                wrong = "is not a number";
-            } else if (isinf(*value)) {
-                wrong = "is too large for a double";
-            }
-        }
-    }
+    char problem[160];
+    const char *wrong = number_problem(reader->wanted, field, value);
     if (!wrong) {
         return AD_OK;
     }
@@ -299,6 +259,68 @@ static ad_status read_row(csv_reader *reader)
     }
     table->lines[table->rows++] = reader->line;
     return AD_OK;
+}
+
+/* The name of a column. Of measured files columns whose name cannot be one are c1, c2, ... */
+static ad_status name_column(csv_reader *reader, csv_field field, size_t column)
+{
+    char(*names)[TABLE_MAX_NAME + 1] = reader->table->names, problem[160];
+    const char *wrong = table_name_problem(field.start, field.length);
+    if (wrong && reader->wanted->numbers == TABLE_MEASURED) {
+        sprintf(names[column], "c%zu", column + 1);
+    } else if (wrong) {
+        snprintf(problem, sizeof problem, "%s; the first line must name the columns", wrong);
+        return refuse(reader, field.start, field.start, field.length, problem);
+    } else {
+        memcpy(names[column], field.start, field.length);
+    }
+    for (size_t k = 0; k < column; k++) {
+        if (strcmp(names[k], names[column]) == 0) {
+            return refuse(reader, field.start, field.start, field.length,
+                          "a column of this name is there already; names must differ");
+        }
+    }
+    return AD_OK;
+}
+
+static ad_status read_header(csv_reader *reader)
+{
+    csv_field field;
+    size_t columns = 0, count = 0;
+    bool numbers = reader->wanted->numbers == TABLE_MEASURED;
+    while (next_field(reader, &field)) {
+        double value;
+        numbers = numbers && number_problem(reader->wanted, field, &value) == NULL;
+        count++;
+    }
+    reader->field = reader->start;
+    if (count > TABLE_MAX_COLUMNS) {
+        return refuse(reader, reader->start, NULL, 0, "too many columns; allowed: 1024");
+    }
+    const size_t capacity = count_rows(reader, count) + numbers;
+    reader->table = table_create(reader->wanted, count, capacity);
+    if (reader->table) {
+        reader->table->lines = calloc(capacity, sizeof *reader->table->lines);
+    }
+    if (!reader->table || !reader->table->lines) {
+        return ad_fail(reader->error, AD_NO_MEMORY, "%s: out of memory for %zu columns of %zu rows",
+                       file_bytes_shown(reader->wanted->path), count, capacity);
+    }
+    while (next_field(reader, &field)) {
+        const ad_status status = name_column(reader, field, columns);
+        if (status != AD_OK) {
+            return status;
+        }
+        if (table_wants_words(reader->wanted, reader->table->names[columns]) &&
+            !table_hold_words(reader->table, columns, capacity)) {
+            return ad_fail(reader->error, AD_NO_MEMORY, "%s: out of memory for %zu words",
+                           file_bytes_shown(reader->wanted->path), capacity);
+        }
+        columns++;
+    }
+    reader->header_line = reader->line;
+    reader->field = reader->start;
+    return numbers ? read_row(reader) : AD_OK; /* there is no header */
 }
 
 static ad_status read_lines(csv_reader *reader)

@@ -23,7 +23,8 @@ typedef struct table_format {
 static const table_format formats[] = {{".csv", table_from_csv, table_to_csv},
                                        {".h5", table_from_hdf5, table_to_hdf5},
                                        {".hdf5", table_from_hdf5, table_to_hdf5},
-                                       {".npz", NULL, table_to_npz},
+                                       {".npz", table_from_npz, table_to_npz},
+                                       {".npy", table_from_npy, NULL},
                                        {".c3d", table_from_c3d, NULL}};
 
 static const table_format *format_of(const char *path)
@@ -124,6 +125,7 @@ table_file *table_create(const table_wanted *wanted, size_t columns, size_t rows
         return NULL;
     }
     table->columns = columns;
+    table->inner = 1;
     table->names = calloc(columns, sizeof *table->names);
     table->values = calloc(columns, sizeof *table->values);
     table->words = calloc(columns, sizeof *table->words);
@@ -233,6 +235,11 @@ ad_status table_read_words(const char *path, table_numbers numbers, const char *
 size_t table_rows(const table_file *table)
 {
     return table->rows;
+}
+
+size_t table_inner(const table_file *table)
+{
+    return table->inner;
 }
 
 size_t table_columns(const table_file *table)

@@ -1,6 +1,6 @@
 /* Tables: named columns of numbers, all of one length, as CSV, HDF5, NumPy's .npz or C3D. Columns
  * that the caller names may hold words instead. The file's ending decides: ".csv", ".h5", ".hdf5";
- * ".npz", which is written only; ".c3d", which is read only.
+ * ".npz"; ".npy" and ".c3d", which are read only.
  *
  * CSV: one line of column names, then one line of numbers for each row, fields separated by commas,
  *   blanks around a field ignored, empty lines and lines whose first character is '#' skipped. A
@@ -17,6 +17,15 @@
  * their links' creation if they track it, else of their names. Column names: 1 to 63 bytes, not a
  * number, no comma, quote, slash, '#' or control character, no blank at either end, not "." or
  * "..".
+ *
+ * .npy, and .npz that others wrote: arrays of floats, integers or booleans of up to three
+ *   dimensions, of either order of bytes and of dimensions. A row is an index of the first
+ *   dimension, of three dimensions one of the first two (table_inner). The last dimension of two or
+ *   three are columns, c1, c2, ... of .npy, of an array p of .npz p_1, p_2, ... In .npz an array of
+ *   fewer dimensions is the same in all rows that it does not tell apart.
+ *
+ * Where measured numbers are read (TABLE_MEASURED), CSV may have no line of names: its columns are
+ * c1, c2, ... So are those whose name cannot be one.
  *
  * C3D, what cameras saw of markers, https://www.c3d.org: a row for each frame, the column t in s
  *   from the first one by POINT:RATE, and of each marker LABEL.x, LABEL.y, LABEL.z in metres by
@@ -53,6 +62,8 @@ ad_status table_read(const char *path, table_numbers numbers, table_file **table
 void table_free(table_file *table);
 
 size_t table_rows(const table_file *table);
+size_t table_inner(const table_file *table); /* rows of one first index of an array of three
+                                              * dimensions; else 1 */
 size_t table_columns(const table_file *table);
 /* Name of a column, 0 <= index < table_columns; belongs to the table. */
 const char *table_name(const table_file *table, size_t index);

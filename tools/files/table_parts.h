@@ -8,6 +8,7 @@
 
 struct table_file {
     size_t rows, columns;
+    size_t inner; /* rows of one index, of an array of three dimensions; else 1 */
     char (*names)[TABLE_MAX_NAME + 1];  /* [columns] */
     double **values;                    /* [columns], each [rows]; NULL for words */
     char (**words)[TABLE_MAX_NAME + 1]; /* [columns], each [rows] or NULL */
@@ -47,6 +48,12 @@ ad_status table_from_csv(const table_wanted *wanted, const unsigned char *bytes,
                          table_file **table, ad_error *error);
 ad_status table_from_hdf5(const table_wanted *wanted, const unsigned char *bytes, size_t size,
                           table_file **table, ad_error *error);
+
+/* An array is a table of columns c1, c2, ...; of several, each has columns of its name. */
+ad_status table_from_npy(const table_wanted *wanted, const unsigned char *bytes, size_t size,
+                         table_file **table, ad_error *error);
+ad_status table_from_npz(const table_wanted *wanted, const unsigned char *bytes, size_t size,
+                         table_file **table, ad_error *error);
 
 ad_status table_from_c3d(const table_wanted *wanted, const unsigned char *bytes, size_t size,
                          table_file **table, ad_error *error);

@@ -101,7 +101,7 @@ static ad_status check_unknowns(const config *settings, ad_error *error)
 }
 
 ad_status config_identify(const config *settings, int threads, const least_squares_runner *runner,
-                          identified *found, ad_error *error)
+                          identified *found, judged *fit, ad_error *error)
 {
     const scene *open = &settings->scene;
     measurements *data = NULL;
@@ -120,6 +120,9 @@ ad_status config_identify(const config *settings, int threads, const least_squar
         status = identify(open, measurements_count(data), measurements_sets(data), &asked, found,
                           &reason);
         found->missing = measurements_missing(data);
+    }
+    if (status == AD_OK && found->count > 0 && fit) {
+        status = measured_judge(open, data, found->value, threads, fit, &reason);
     }
     if (status == AD_BAD_INPUT || status == AD_IO) {
         config_refuse(settings, key, reason.message, error);

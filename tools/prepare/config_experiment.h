@@ -5,6 +5,7 @@
 #include "tools/prepare/prepare.h"
 #include "tools/train/experiment.h"
 #include "tools/train/identify.h"
+#include "tools/train/judged.h"
 
 /* Of what a file says; its `free` is for the settings as well. */
 train_origin config_origin(config *settings);
@@ -22,8 +23,9 @@ ad_status config_experiment_open(const char *path, int count, const char *const 
                                  ad_error *error);
 
 /* The unknowns of a scene from its data. threads: 0 means one per processor. AD_BAD_INPUT: there
- * are none, or no data; errors of identify, with the place of the key that is to blame. */
+ * are none, or no data; errors of identify, with the place of the key that is to blame. fit (may be
+ * NULL): how far the scene is from each file with them, where the search has ended. */
 ad_status config_identify(const config *settings, int threads, const least_squares_runner *runner,
-                          identified *found, ad_error *error);
+                          identified *found, judged *fit, ad_error *error);
 
 #endif

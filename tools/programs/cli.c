@@ -7,11 +7,13 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <limits.h>
 #include <math.h>
 #include <signal.h>
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 const char *cli_version(void)
@@ -153,6 +155,34 @@ static bool is_choice(const char *choices, const char *text)
     return false;
 }
 
+/* The folder becomes an override of where data are. */
+static int store_folder(const char *program, const cli_option *option, const char *text)
+{
+    static char override[4 * PATH_MAX + 20]; /* as long as the program runs */
+    char here[PATH_MAX] = "", folder[2 * PATH_MAX];
+    struct stat status;
+    cli_list *list = option->target;
+    const bool is_placed = *text == '/' || getcwd(here, sizeof here);
+    snprintf(folder, sizeof folder, "%s%s%s", here, *here ? "/" : "", text);
+    if (!is_placed || stat(folder, &status) != 0 || !S_ISDIR(status.st_mode)) {
+        return cli_fail(program, "%s %s: allowed: a folder that is there", option->name, text);
+    }
+    char *to = stpcpy(override, "data_folder='");
+    for (const char *from = folder; *from; from++) {
+        *to++ = *from;
+        if (*from == '\'') {
+            *to++ = *from; /* as YAML has it */
+        }
+    }
+    stpcpy(to, "'");
+    if (list->count == CLI_LIST_MAX) {
+        return cli_fail(program, "%s: --set is given more than %d times", option->name,
+                        CLI_LIST_MAX - 1);
+    }
+    list->texts[list->count++] = override;
+    return CLI_RUN;
+}
+
 static int store(const char *program, const cli_option *option, const char *text)
 {
     double value;
@@ -172,6 +202,8 @@ static int store(const char *program, const cli_option *option, const char *text
     case CLI_TEXT:
         *(const char **)option->target = text;
         return CLI_RUN;
+    case CLI_FOLDER:
+        return store_folder(program, option, text);
     case CLI_LIST:
         if (list->count == CLI_LIST_MAX) {
             return cli_fail(program, "%s: given more than %d times", option->name, CLI_LIST_MAX);

@@ -20,6 +20,7 @@ typedef enum cli_kind {
                   * "--explain=program", else "" */
     CLI_TEXT,    /* const char * */
     CLI_LIST,    /* cli_list: may be given again and again */
+    CLI_FOLDER,  /* the same, of --set: data_folder=, a folder that is there */
     CLI_INTEGER, /* int within low .. high */
     CLI_NUMBER   /* double within low .. high */
 } cli_kind;
@@ -47,6 +48,7 @@ typedef struct cli_program {
 
 /* Rows that several programs have, with the same meaning in each; help/shared.txt explains them. */
 #define CLI_SET(list)      ((cli_option){"--set", "KEY=VALUE", CLI_LIST, list, 0, 0})
+#define CLI_DATA(list)     ((cli_option){"--data", "FOLDER", CLI_FOLDER, list, 0, 0})
 #define CLI_AT(text)       ((cli_option){"--at", "NAME=VALUE,...", CLI_TEXT, text, 0, 0})
 #define CLI_OUT(file)      ((cli_option){"--out", "FILE", CLI_TEXT, file, 0, 0}) /* of shapes */
 #define CLI_GRID(text)     ((cli_option){"--grid", "NSxNT", CLI_TEXT, text, 0, 0})

@@ -270,6 +270,7 @@ int main(int argc, char **argv)
         {"--workspace", "FILE", CLI_TEXT, &x.workspace, 0, 0},
         CLI_GRID(&x.grid),
         CLI_SET(&x.overrides),
+        CLI_DATA(&x.overrides),
         CLI_AT(&x.at),
         CLI_QUIET(&x.quiet),
     };

@@ -403,6 +403,7 @@ int main(int argc, char **argv)
         CLI_GRID(&o->where.grid),
         CLI_POINTS(&o->where.points),
         CLI_SET(&o->overrides),
+        CLI_DATA(&o->overrides),
         CLI_AT(&o->at),
         CLI_THREADS(&o->threads),
         CLI_JSON(&o->json),

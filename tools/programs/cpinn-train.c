@@ -563,6 +563,7 @@ static int parse(int count, char **arguments, options *o)
         {"--out", "DIR", CLI_TEXT, &o->out, 0, 0},
         {"--resume", NULL, CLI_FLAG, &o->resume, 0, 0},
         CLI_SET(&o->overrides),
+        CLI_DATA(&o->overrides),
         CLI_THREADS(&o->threads),
         {"--print-config", NULL, CLI_FLAG, &o->print_config, 0, 0},
         {"--explain", "program|support", CLI_CHOICE, &o->explain, 0, 0},

@@ -81,7 +81,8 @@ ad_status unknowns_find(const char *scene_file, const cli_list *overrides, const
     const least_squares_runner runner = fit_run_by(run);
     status = fit_run_ask(run, unknowns->settings, error, "# unknowns of a scene\n");
     if (status == AD_OK) {
-        status = config_identify(unknowns->settings, threads, &runner, &unknowns->found, error);
+        status = config_identify(unknowns->settings, threads, &runner, &unknowns->found,
+                                 &unknowns->fit, error);
     }
     unknowns->seconds = train_seconds() - start;
     if (status == AD_OK && !run->signal) {
@@ -117,6 +118,24 @@ static void print_correlations(const unknowns *unknowns)
     }
 }
 
+/* How far the scene is from each file. */
+static void print_fit(const unknowns *unknowns)
+{
+    const judged *fit = &unknowns->fit;
+    for (int i = 0; i < fit->count; i++) {
+        const judged_set *set = &fit->set[i];
+        const train_data *data = &unknowns->settings->settings.data[set->entry];
+        const char *slash = strrchr(data->file, '/');
+        if (i == 0) {
+            printf("  %-24s %6s %10s %10s %10s %10s %12s\n", "measured less computed", "rows",
+                   "rms", "mean", "median", "worst", "chi squared");
+        }
+        printf("  %-24.24s %6zu %10.4g %10.4g %10.4g %10.4g %12.4g%s\n",
+               slash ? slash + 1 : data->file, set->rows, set->rms, set->mean, set->median,
+               set->worst, set->chi_squared, set->held_out ? "  held out" : "");
+    }
+}
+
 void unknowns_print(const unknowns *unknowns)
 {
     const identified *found = &unknowns->found;
@@ -148,6 +167,7 @@ void unknowns_print(const unknowns *unknowns)
         printf(", by a noise of %.3g", found->noise_factor);
     }
     putchar('\n');
+    print_fit(unknowns);
 }
 
 /* ---- as JSON ------------------------------------------------------------------------------- */
@@ -166,6 +186,28 @@ static void write_unknown(const unknowns *unknowns, int i, json *to)
               : found->information.deviation[i] > SOLVE_UNTOLD ? "range"
                                                                : "measurements");
     json_close(to, '}');
+}
+
+static void write_fit(const unknowns *unknowns, json *to)
+{
+    json_open(to, "files", '[');
+    for (int i = 0; i < unknowns->fit.count; i++) {
+        const judged_set *set = &unknowns->fit.set[i];
+        const train_data *data = &unknowns->settings->settings.data[set->entry];
+        json_open(to, NULL, '{');
+        json_text(to, "file", data->file);
+        json_text(to, "quantity", train_quantity_names()[data->quantity]);
+        json_text(to, "judged", set->held_out ? "held_out" : "fitted");
+        json_integer(to, "rows", (long long)set->rows);
+        json_number(to, "rms", set->rms);
+        json_number(to, "mean", set->mean);
+        json_number(to, "median", set->median);
+        json_number(to, "worst", set->worst);
+        json_number(to, "chi_squared", set->chi_squared);
+        json_integer(to, "numbers", (long long)set->numbers);
+        json_close(to, '}');
+    }
+    json_close(to, ']');
 }
 
 void unknowns_json(const unknowns *unknowns, json *to)
@@ -210,6 +252,7 @@ void unknowns_json(const unknowns *unknowns, json *to)
         json_close(to, '}');
     }
     json_close(to, ']');
+    write_fit(unknowns, to);
     json_number(to, "chi_squared", found->chi_squared);
     json_integer(to, "numbers", (long long)found->residuals);
     json_integer(to, "missing", (long long)found->missing);

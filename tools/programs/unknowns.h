@@ -6,11 +6,13 @@
 #include "tools/files/json.h"
 #include "tools/programs/fit_run.h"
 #include "tools/train/identify.h"
+#include "tools/train/judged.h"
 
 typedef struct unknowns {
     config *settings; /* of the scene with open names; NULL: it is another's, or has no unknowns */
     const scene *open;
     identified found;
+    judged fit; /* count 0: not known */
     double seconds;
     char at[1600]; /* what was asked for by --at, and the values found */
 } unknowns;

@@ -154,24 +154,23 @@ static ad_status take_places(measured_set *set, ad_error *error)
 
 /* Where there are unknowns every row counts by its noise alone, in whichever file it is, though the
  * loss of a term is a mean over its own rows. */
-static double share_of(const measured *measured, int index)
+static double share_of(const measured *measured, const measured_set *set)
 {
     double rows = 0;
     for (int i = 0; i < measurements_count(measured->files); i++) {
         rows += (double)measurements_sets(measured->files)[i].rows;
     }
-    return measured->sets[index].m->scene.unknown_count > 0
-               ? (double)measured->sets[index].rows->rows / rows
-               : 1;
+    return set->m->scene.unknown_count > 0 ? (double)set->rows->rows / rows : 1;
 }
 
 static ad_status add_set(physics_model *m, measured *measured, const train_data *of, int index,
                          ad_error *error)
 {
     char term[MODEL_NAME];
-    measured_set *set = &measured->sets[index];
-    *set = (measured_set){
-        .m = m, .quantity = of->quantity, .rows = &measurements_sets(measured->files)[index]};
+    measured_set *set = &measured->sets[measured->count - 1];
+    *set = (measured_set){.m = m,
+                          .quantity = of->quantity,
+                          .rows = &measurements_sets(measured->files)[measured->count - 1]};
     ad_status status = take_places(set, error);
     for (int i = 0; status == AD_OK && i < m->domain.windows; i++) {
         size_t rows = rows_in_window(set, i);
@@ -186,7 +185,7 @@ static ad_status add_set(physics_model *m, measured *measured, const train_data 
     snprintf(term, sizeof term, "data%d", index);
     int points = model_add_given(m, term, &source);
     snprintf(term, sizeof term, "data%d_%s", index, train_quantity_names()[of->quantity]);
-    model_add_term(m, term, points, of->weight * share_of(measured, index), residual, set);
+    model_add_term(m, term, points, of->weight * share_of(measured, set), residual, set);
     return m->error.status == AD_OK ? AD_OK : ad_fail(error, AD_BAD_INPUT, "%s", m->error.message);
 }
 
@@ -196,10 +195,10 @@ ad_status measured_add(physics_model *m, const train_settings *settings, measure
     measured *x = calloc(1, sizeof *x);
     ad_status status = x ? measurements_read(&m->scene, settings, &x->files, key, error)
                          : ad_fail(error, AD_NO_MEMORY, "out of memory for data");
-    for (int i = 0; status == AD_OK && i < settings->data_count; i++) {
-        x->count = i + 1;
-        snprintf(key, TRAIN_KEY_MAX, "data[%d].file", i);
-        status = add_set(m, x, &settings->data[i], i, error);
+    while (status == AD_OK && x->count < measurements_count(x->files)) {
+        const int entry = measurements_entry(x->files, x->count++);
+        snprintf(key, TRAIN_KEY_MAX, "data[%d].file", entry);
+        status = add_set(m, x, &settings->data[entry], entry, error);
     }
     if (status != AD_OK) {
         measured_free(x);
@@ -207,6 +206,11 @@ ad_status measured_add(physics_model *m, const train_settings *settings, measure
     }
     *result = x;
     return AD_OK;
+}
+
+bool measured_tells_noise(const measured *measured)
+{
+    return measurements_tell_noise(measured->files);
 }
 
 double measured_unit(const measured *measured)

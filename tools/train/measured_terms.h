@@ -17,6 +17,9 @@ ad_status measured_add(physics_model *m, const train_settings *settings, measure
                        char key[TRAIN_KEY_MAX], ad_error *error);
 void measured_free(measured *measured);
 
+/* Whether noise is given. */
+bool measured_tells_noise(const measured *measured);
+
 /* Of one without noise: by what residuals of the terms are divided, SI; with noise: 1. */
 double measured_unit(const measured *measured);
 

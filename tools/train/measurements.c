@@ -3,6 +3,7 @@
 #include "physics/check/plausible.h"
 #include "tools/files/table_file.h"
 #include "tools/train/identify.h"
+#include "tools/train/measured_columns.h"
 #include "tools/train/reference.h"
 
 #include <math.h>
@@ -10,24 +11,39 @@
 #include <string.h>
 
 struct measurements {
-    int count;
+    int count, held_out; /* to be fitted, of which sets come first; the others */
     solve_measured set[TRAIN_DATA_MAX];
+    int entry[TRAIN_DATA_MAX];       /* of the settings' list, of a set */
     double *numbers[TRAIN_DATA_MAX]; /* all of a set */
     size_t missing;
     bool tells_noise;
 };
 
-/* A file being read. */
+/* A file being read, and its columns as the scene calls them. */
 typedef struct reading {
     const scene *open;
-    const char *path;
+    const train_data *data;
     const table_file *table;
+    measured_columns *columns;
+    const double *s, *t, *known[SCENE_PARAMETERS_MAX];
     const double *values[MODEL_COLUMNS_MAX]; /* of the quantity */
+    const double *where;                     /* NULL: all rows */
+    char *key;                               /* to blame */
 } reading;
 
 int measurements_count(const measurements *measurements)
 {
     return measurements->count;
+}
+
+int measurements_held_out(const measurements *measurements)
+{
+    return measurements->held_out;
+}
+
+int measurements_entry(const measurements *measurements, int set)
+{
+    return measurements->entry[set];
 }
 
 size_t measurements_missing(const measurements *measurements)
@@ -47,7 +63,7 @@ const solve_measured *measurements_sets(const measurements *measurements)
 
 void measurements_free(measurements *measurements)
 {
-    for (int i = 0; measurements && i < measurements->count; i++) {
+    for (int i = 0; measurements && i < measurements->count + measurements->held_out; i++) {
         free(measurements->numbers[i]);
     }
     free(measurements);
@@ -82,67 +98,116 @@ static bool columns(const scene *rod_scene, train_quantity quantity, int *first,
     return false;
 }
 
-/* Refuses a table without a column, or with one that has what is no number. */
-static ad_status need(const reading *r, const char *name, table_numbers numbers, const char *what,
+/* A column that has to be there; what it is stands in `what`. */
+static ad_status need(const reading *r, const char *name, const char *what, const double **values,
                       ad_error *error)
 {
-    const double *column;
-    ad_status status = table_find(r->table, name, numbers, &column, error);
-    return status != AD_OK || column
-               ? status
-               : ad_fail(error, AD_BAD_INPUT, "%s: column '%s' is missing; %s", r->path, name,
-                         what);
+    const bool is_formula = measured_columns_say(r->columns, name);
+    ad_error reason;
+    const ad_status status = measured_columns_find(r->columns, name, values, &reason);
+    if (status == AD_OK && *values) {
+        return AD_OK;
+    }
+    if (is_formula) {
+        snprintf(strrchr(r->key, '.'), 9, ".columns");
+    }
+    return status == AD_OK
+               ? ad_fail(error, AD_BAD_INPUT, "%s: column '%s' is missing; %s", r->data->file, name,
+                         what)
+               : ad_fail(error, status, is_formula ? "%.0s%s" : "%.0s%s", "", reason.message);
 }
 
-static ad_status check_columns(reading *r, const solve_measured *set, ad_error *error)
+/* Names that say what nothing asks for. */
+static ad_status check_names(const reading *r, const solve_measured *set, ad_error *error)
+{
+    const char *known[SCENE_PARAMETERS_MAX + MODEL_COLUMNS_MAX + 2] = {"s", "t"};
+    char allowed[400] = "s";
+    int count = scene_is_dynamic(r->open) ? 2 : 1;
+    for (int c = 0; c < set->columns; c++) {
+        known[count++] = scene_physics_of(r->open)->columns[set->column[c]].name;
+    }
+    for (int i = 0; i < scene_known_count(r->open); i++) {
+        known[count++] = r->open->parameters[i].name;
+    }
+    const char *stray = measured_columns_stray(r->columns, count, known);
+    for (int i = 1; stray && i < count; i++) {
+        const size_t used = strlen(allowed);
+        snprintf(allowed + used, sizeof allowed - used, ", %s", known[i]);
+    }
+    if (stray) {
+        snprintf(strrchr(r->key, '.'), 9, ".columns");
+    }
+    return stray ? ad_fail(error, AD_BAD_INPUT, "'%s' is nothing that is needed; allowed: %s",
+                           stray, allowed)
+                 : AD_OK;
+}
+
+static ad_status find_columns(reading *r, const solve_measured *set, ad_error *error)
 {
     const scene *open = r->open;
     if (table_rows(r->table) == 0) {
         return ad_fail(error, AD_BAD_INPUT, "%s: there are no rows; at least one is needed",
-                       r->path);
+                       r->data->file);
     }
-    ad_status status = need(r, "s", TABLE_FINITE, "the place along the rod in m", error);
+    ad_status status = check_names(r, set, error);
+    status = status == AD_OK ? need(r, "s", "the place along the rod in m", &r->s, error) : status;
     if (status == AD_OK && scene_is_dynamic(open)) {
-        status = need(r, "t", TABLE_FINITE, "the time in s", error);
+        status = need(r, "t", "the time in s", &r->t, error);
     }
     for (int i = 0; i < scene_known_count(open) && status == AD_OK; i++) {
-        status =
-            need(r, open->parameters[i].name, TABLE_FINITE,
-                 "a parameter with a range that is not to be found has a value in each row", error);
+        status = need(r, open->parameters[i].name,
+                      "a parameter with a range that is not to be found has a value in each row",
+                      &r->known[i], error);
     }
     for (int c = 0; c < set->columns && status == AD_OK; c++) {
         const char *name = scene_physics_of(open)->columns[set->column[c]].name;
-        status = need(r, name, TABLE_MEASURED, "of a quantity all columns are needed", error);
-        r->values[c] = table_column(r->table, name);
+        status = need(r, name, "of a quantity all columns are needed", &r->values[c], error);
     }
-    if (status != AD_OK) {
-        return status;
+    if (status == AD_OK && r->data->where) {
+        status = measured_columns_compute(r->columns, r->data->where, &r->where, error);
+        if (status != AD_OK) {
+            snprintf(strrchr(r->key, '.'), 12, ".rows.where");
+        }
     }
-    for (int i = scene_known_count(open); i < open->parameter_count; i++) {
-        if (table_column(r->table, open->parameters[i].name)) {
+    for (int i = scene_known_count(open); i < open->parameter_count && status == AD_OK; i++) {
+        if (!r->data->columns && measured_columns_have(r->columns, open->parameters[i].name)) {
             return ad_fail(error, AD_BAD_INPUT,
                            "%s: column '%s' is a parameter that is to be found; leave it out, or "
                            "take `identify` away in the scene",
-                           r->path, open->parameters[i].name);
+                           r->data->file, open->parameters[i].name);
         }
     }
-    return AD_OK;
+    return status;
 }
 
 /* Positions in mm, of which chi squared would say nothing. */
-static ad_status check_positions(const reading *r, ad_error *error)
+static ad_status check_positions(const reading *r, const solve_measured *set, ad_error *error)
 {
     char text[SCENE_WARNING_TEXT];
+    const double *values[MODEL_COLUMNS_MAX];
     bool implausible;
-    if (scene_positions_implausible(r->open, table_rows(r->table), r->values, &implausible, text) !=
-        AD_OK) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu measured rows",
-                       table_rows(r->table));
+    for (int c = 0; c < set->columns; c++) {
+        values[c] = set->values + (size_t)c * set->rows;
     }
-    return implausible ? ad_fail(error, AD_BAD_INPUT, "%s: %s", r->path, text) : AD_OK;
+    if (scene_positions_implausible(r->open, set->rows, values, &implausible, text) != AD_OK) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu measured rows", set->rows);
+    }
+    const char *hint = implausible && strstr(text, "not in mm")
+                           ? "; columns: {x: x/1000, y: y/1000, z: z/1000} reads mm"
+                           : "";
+    return implausible ? ad_fail(error, AD_BAD_INPUT, "%s: %s%s", r->data->file, text, hint)
+                       : AD_OK;
 }
 
 /* ---- rows ---------------------------------------------------------------------------------- */
+
+/* Whether a row of the file counts. Rows are counted by the first index. */
+static bool is_chosen(const reading *r, size_t row)
+{
+    const size_t number = row / table_inner(r->table) + 1, from = (size_t)r->data->from;
+    return number >= from && (r->data->to == 0 || number <= (size_t)r->data->to) &&
+           (number - from) % (size_t)r->data->every == 0 && (!r->where || r->where[row] > 0);
+}
 
 static ad_status check_number(const reading *r, size_t row, const char *name, double value,
                               double low, double high, ad_error *error)
@@ -153,9 +218,14 @@ static ad_status check_number(const reading *r, size_t row, const char *name, do
     if (value >= low - slack && value <= high + slack) {
         return AD_OK;
     }
-    snprintf(place, sizeof place, line ? "%zu" : "row %zu", line ? line : row + 1);
-    return ad_fail(error, AD_BAD_INPUT, "%s:%s: %s is %g; allowed: %g to %g", r->path, place, name,
-                   value, low, high);
+    snprintf(place, sizeof place, line ? "%zu" : " row %zu", line ? line : row + 1);
+    if (isnan(value)) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "%s:%s: column '%s' has no number; allowed there: a number in each row",
+                       r->data->file, place, name);
+    }
+    return ad_fail(error, AD_BAD_INPUT, "%s:%s: %s is %g; allowed: %g to %g", r->data->file, place,
+                   name, value, low, high);
 }
 
 /* A quaternion is unit to a few digits, as it was written. */
@@ -184,18 +254,16 @@ static ad_status take_row(const reading *r, size_t row, double *s, double *t, do
 {
     const scene *open = r->open;
     const double length = scene_length(open), duration = scene_duration(open);
-    const double from = table_column(r->table, "s")[row];
-    ad_status status = check_number(r, row, "s", from, 0, length, error);
-    *s = fmin(length, fmax(0, from));
+    ad_status status = check_number(r, row, "s", r->s[row], 0, length, error);
+    *s = fmin(length, fmax(0, r->s[row]));
     *t = 0;
     if (status == AD_OK && scene_is_dynamic(open)) {
-        const double at = table_column(r->table, "t")[row];
-        *t = fmin(duration, fmax(0, at));
-        status = check_number(r, row, "t", at, 0, duration, error);
+        *t = fmin(duration, fmax(0, r->t[row]));
+        status = check_number(r, row, "t", r->t[row], 0, duration, error);
     }
     for (int k = 0; k < open->parameter_count && status == AD_OK; k++) {
         const scene_parameter *p = &open->parameters[k];
-        known[k] = k < scene_known_count(open) ? table_column(r->table, p->name)[row] : 0;
+        known[k] = k < scene_known_count(open) ? r->known[k][row] : 0;
         status = k < scene_known_count(open)
                      ? check_number(r, row, p->name, known[k], p->low, p->high, error)
                      : AD_OK;
@@ -209,10 +277,15 @@ static ad_status take_rows(const reading *r, solve_measured *set, double *number
 {
     const size_t rows = table_rows(r->table), parameters = (size_t)r->open->parameter_count;
     double *s = numbers, *t = s + rows, *known = t + rows, *values = known + rows * parameters;
+    bool any = false;
     ad_status status = AD_OK;
     for (size_t i = 0; i < rows && status == AD_OK; i++) {
         const size_t to = set->rows;
+        if (!is_chosen(r, i)) {
+            continue;
+        }
         const int count = count_numbers(r, set, i);
+        any = true;
         status = take_row(r, i, s + to, t + to, known + to * parameters, error);
         if (status == AD_OK && count > 0 && set->columns == 4) {
             status = check_rotation(r, i, error);
@@ -233,9 +306,27 @@ static ad_status take_rows(const reading *r, solve_measured *set, double *number
     set->values = values;
     return status != AD_OK || set->rows > 0
                ? status
-               : ad_fail(error, AD_BAD_INPUT,
-                         "%s: in every row a number is missing; at least one row is needed",
-                         r->path);
+               : ad_fail(error, AD_BAD_INPUT, "%s: %s; at least one row is needed", r->data->file,
+                         any ? "in every row a number is missing" : "no row is chosen");
+}
+
+/* A set that is there, of rows that are not. */
+static ad_status fill_set(reading *r, solve_measured *set, double **numbers, size_t *missing,
+                          ad_error *error)
+{
+    const size_t rows = table_rows(r->table);
+    ad_status status = find_columns(r, set, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    *numbers = malloc((rows + 1) * (size_t)(2 + r->open->parameter_count + set->columns) *
+                      sizeof **numbers);
+    if (!*numbers) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu measured rows", rows);
+    }
+    status = take_rows(r, set, *numbers, missing, error);
+    return status == AD_OK && r->data->quantity == TRAIN_POSITION ? check_positions(r, set, error)
+                                                                  : status;
 }
 
 static ad_status read_file(const scene *open, const train_data *file, int index,
@@ -243,7 +334,8 @@ static ad_status read_file(const scene *open, const train_data *file, int index,
 {
     int first;
     table_file *table = NULL;
-    solve_measured *set = &measurements->set[measurements->count];
+    const int at = measurements->count + measurements->held_out;
+    solve_measured *set = &measurements->set[at];
     if (!columns(open, file->quantity, &first, &set->columns)) {
         snprintf(key, TRAIN_KEY_MAX, "data[%d].quantity", index);
         return ad_fail(error, AD_BAD_INPUT, "this scene has no %s",
@@ -254,21 +346,18 @@ static ad_status read_file(const scene *open, const train_data *file, int index,
         set->column[c] = first + c;
         set->noise[c] = file->noise > 0 ? file->noise : 1;
     }
+    measurements->entry[at] = index;
+    *(file->held_out ? &measurements->held_out : &measurements->count) += 1;
+    reading r = {.open = open, .data = file, .key = key};
     ad_status status = table_read(file->file, TABLE_MEASURED, &table, error);
-    reading r = {.open = open, .path = file->file, .table = table};
-    status = status == AD_OK ? check_columns(&r, set, error) : status;
+    r.table = table;
     if (status == AD_OK) {
-        const size_t rows = table_rows(table);
-        double *numbers =
-            malloc(rows * (size_t)(2 + open->parameter_count + set->columns) * sizeof *numbers);
-        measurements->numbers[measurements->count++] = numbers;
-        status = numbers
-                     ? take_rows(&r, set, numbers, &measurements->missing, error)
-                     : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu measured rows", rows);
+        status = measured_columns_create(table, open->names, file->columns, &r.columns, error);
     }
-    if (status == AD_OK && file->quantity == TRAIN_POSITION) {
-        status = check_positions(&r, error);
+    if (status == AD_OK) {
+        status = fill_set(&r, set, &measurements->numbers[at], &measurements->missing, error);
     }
+    measured_columns_free(r.columns);
     table_free(table);
     return status;
 }
@@ -276,27 +365,30 @@ static ad_status read_file(const scene *open, const train_data *file, int index,
 /* Unknowns are found from all files at once. One noise that is not known can be found, several
  * cannot; how much a number counts is its noise. */
 static ad_status check_unknowns(const scene *open, const measurements *measurements,
-                                const train_data *files, char *key, ad_error *error)
+                                const train_data *all, char *key, ad_error *error)
 {
     size_t numbers = 0;
-    for (int i = 0; i < measurements->count; i++) {
-        const solve_measured *set = &measurements->set[i];
+    for (int k = 0; k < measurements->count; k++) {
+        const solve_measured *set = &measurements->set[k];
+        const int i = measurements->entry[k];
+        const train_data *file = &all[i], *first = &all[measurements->entry[0]];
         const bool quaternion =
-            files[i].quantity == TRAIN_ROTATION && set->columns == 4; /* three numbers */
+            file->quantity == TRAIN_ROTATION && set->columns == 4; /* three numbers */
         numbers += set->rows * (size_t)(set->columns - quaternion) - solve_measured_missing(set);
-        if ((files[i].noise > 0) != (files[0].noise > 0) ||
-            (!(files[i].noise > 0) && files[i].quantity != files[0].quantity)) {
-            snprintf(key, TRAIN_KEY_MAX, "data[%d].noise", files[i].noise > 0 ? 0 : i);
+        if ((file->noise > 0) != (first->noise > 0) ||
+            (!(file->noise > 0) && file->quantity != first->quantity)) {
+            snprintf(key, TRAIN_KEY_MAX, "data[%d].noise",
+                     file->noise > 0 ? measurements->entry[0] : i);
             return ad_fail(error, AD_BAD_INPUT,
                            "is needed to find unknowns; it may be left out where nothing but one "
                            "quantity is measured, and then of all entries");
         }
-        if (!(files[i].weight > 0) || files[i].weight != files[0].weight) {
+        if (!(file->weight > 0) || file->weight != first->weight) {
             snprintf(key, TRAIN_KEY_MAX, "data[%d].weight", i);
             return ad_fail(error, AD_BAD_INPUT,
                            "is %g, of the first entry %g; allowed where there are unknowns: one "
                            "weight for all, above 0, since how much numbers count is their noise",
-                           files[i].weight, files[0].weight);
+                           file->weight, first->weight);
         }
     }
     snprintf(key, TRAIN_KEY_MAX, "data");
@@ -309,9 +401,18 @@ ad_status measurements_read(const scene *open, const train_settings *settings,
     measurements *x = calloc(1, sizeof *x);
     ad_status status = x ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for measurements");
     *result = NULL;
-    for (int i = 0; i < settings->data_count && status == AD_OK; i++) {
-        x->tells_noise = settings->data[0].noise > 0;
-        status = read_file(open, &settings->data[i], i, x, key, error);
+    for (int i = 0; i < 2 * settings->data_count && status == AD_OK; i++) {
+        const int index = i % settings->data_count; /* those that are held out come last */
+        if (settings->data[index].held_out == (i >= settings->data_count)) {
+            status = read_file(open, &settings->data[index], index, x, key, error);
+        }
+    }
+    if (status == AD_OK && x->count == 0) {
+        snprintf(key, TRAIN_KEY_MAX, "data[0].held_out");
+        status = ad_fail(error, AD_BAD_INPUT, "all data are held out; one entry has to be fitted");
+    }
+    if (status == AD_OK) {
+        x->tells_noise = settings->data[x->entry[0]].noise > 0;
     }
     if (status == AD_OK && open->unknown_count > 0) {
         status = check_unknowns(open, x, settings->data, key, error);

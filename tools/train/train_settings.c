@@ -92,6 +92,7 @@ train_settings train_settings_default(void)
     }
     for (int i = 0; i < TRAIN_DATA_MAX; i++) {
         settings.data[i].weight = NAN;
+        settings.data[i].from = settings.data[i].every = 1;
     }
     settings.stages[0].optim.method = (optim_method)TRAIN_OPEN;
     settings.stages[0].steps = TRAIN_OPEN;

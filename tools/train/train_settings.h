@@ -86,11 +86,15 @@ typedef enum train_quantity { TRAIN_QUANTITY_LIST(TRAIN_ENUM) TRAIN_QUANTITY_COU
 #undef TRAIN_ENUM
 const char *const *train_quantity_names(void);
 
-enum { TRAIN_DATA_MAX = 8 };
+enum { TRAIN_DATA_MAX = 32 };
 
-/* A file of measurements (tools/train/measured_terms.h). */
+/* A file of measurements (tools/train/measurements.h). */
 typedef struct train_data {
     const char *file;
+    const char *columns;     /* lines "name=formula of the file's columns"; NULL: as they are */
+    int from, to, every;     /* rows that count, from 1; to 0: the last */
+    const char *where;       /* those where this formula of the file's columns is > 0; NULL: all */
+    int held_out;            /* 1: judged after the fit, not fitted */
     train_quantity quantity; /* TRAIN_OPEN: not given */
     double noise;            /* standard deviation of a number, SI; 0: not known */
     double weight;           /* of the term; NaN: open */
@@ -119,6 +123,7 @@ typedef struct train_settings {
                                 * of the interior TRAIN_OPEN: open */
     int members;               /* solved ones of a family in the strain form; 0: open */
     const char *members_file;  /* or a table of them, a column for each parameter; NULL: none */
+    const char *data_folder; /* where relative files are while they are read; NULL: at the scene */
     int data_count;
     train_data data[TRAIN_DATA_MAX];
     uint64_t seed; /* fixes everything random */

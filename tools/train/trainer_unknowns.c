@@ -144,7 +144,7 @@ ad_status trainer_unknowns(trainer *t, identified *result, ad_error *error)
     result->chi_squared = noise.chi_squared;
     result->residuals = noise.numbers;
     result->missing = measured_fields_missing(t->e->measured);
-    result->scaled = !(t->e->settings->data[0].noise > 0);
+    result->scaled = !measured_tells_noise(t->e->measured);
     result->noise_factor = 1;
     if (result->scaled && noise.numbers > count) {
         result->noise_factor = sqrt(noise.chi_squared / (double)(noise.numbers - count));
