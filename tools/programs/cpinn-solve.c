@@ -10,6 +10,7 @@
 #include "tools/programs/samples.h"
 #include "tools/programs/scene_line.h"
 #include "tools/programs/solution_print.h"
+#include "tools/programs/solve_family.h"
 #include "tools/programs/state_file.h"
 #include "tools/programs/unknowns.h"
 #include "tools/train/clock.h"
@@ -35,6 +36,8 @@ typedef struct options {
     const char *mode_counts;
     int modes[4]; /* of bending, twist, stretch, shear */
     const char *from, *state_out;
+    const char *members;
+    bool derivatives; /* of members */
 } options;
 
 typedef struct solving {
@@ -385,6 +388,26 @@ static bool read_modes(options *o)
     return good && all > 0;
 }
 
+/* Beside --members stands what says how and where shapes are wanted. */
+static int solve_members_of(const options *o)
+{
+    if (o->at || o->path || o->from || o->state_out || o->method_name || o->branch > 0 ||
+        o->nodes > 0 || o->perturbation != 0 || o->search.folder || o->search.watch) {
+        return cli_fail(program, "--members: allowed beside it: --out, --grid, --points, --set, "
+                                 "--derivatives, --tolerance, --threads, --json, --quiet");
+    }
+    return solve_family_run(program, &(solve_family_options){.config = o->config,
+                                                             .members = o->members,
+                                                             .out = o->out,
+                                                             .json = o->json,
+                                                             .overrides = &o->overrides,
+                                                             .where = o->where,
+                                                             .tolerance = o->tolerance,
+                                                             .threads = o->threads,
+                                                             .derivatives = o->derivatives,
+                                                             .quiet = o->quiet});
+}
+
 int main(int argc, char **argv)
 {
     solving x = {.asked = {.search.program = program}};
@@ -405,6 +428,8 @@ int main(int argc, char **argv)
         CLI_SET(&o->overrides),
         CLI_DATA(&o->overrides),
         CLI_AT(&o->at),
+        {"--members", "FILE", CLI_TEXT, &o->members, 0, 0},
+        {"--derivatives", NULL, CLI_FLAG, &o->derivatives, 0, 0},
         CLI_THREADS(&o->threads),
         CLI_JSON(&o->json),
         CLI_QUIET(&o->quiet),
@@ -437,6 +462,12 @@ int main(int argc, char **argv)
         return status;
     }
     o->quiet = o->search.quiet = o->quiet || json_is_printed(o->json);
+    if (o->members) {
+        return solve_members_of(o);
+    }
+    if (o->derivatives) {
+        return cli_fail(program, "--derivatives: allowed: of --members");
+    }
     ad_error error = {.message = ""};
     const ad_status ran = run(&x, &error);
     const conclusion end = {.program = program,

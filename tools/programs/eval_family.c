@@ -84,17 +84,35 @@ static ad_status gather(eval_family *eval, ad_error *error)
     return status;
 }
 
+static cpinn_family_settings settings_of(const eval_family_options *asked, const samples *shapes)
+{
+    return (cpinn_family_settings){.extrapolate = asked->extrapolate,
+                                   .threads = asked->threads,
+                                   .points = shapes->count,
+                                   .s = shapes->s,
+                                   .t = shapes->t,
+                                   .compile = asked->compile,
+                                   .ranks = asked->ranks};
+}
+
+static ad_status answer_members(eval_family *eval, const cpinn_polish *polish, ad_error *error)
+{
+    const eval_family_options *asked = &eval->asked;
+    ad_status status = gather(eval, error);
+    if (status == AD_OK) {
+        const answer family = answer_of_family(eval->family, polish);
+        eval->shapes->derives = asked->derivatives;
+        status = samples_ask(eval->shapes, &family, error);
+    }
+    const bool writes = asked->out && ad_ranks_is_first(asked->ranks);
+    return status == AD_OK && writes ? samples_write(eval->shapes, asked->out, error) : status;
+}
+
 ad_status eval_family_run(const eval_family_options *asked, const experiment *e, samples *shapes,
                           eval_family *result, ad_error *error)
 {
     const cpinn_polish polish = {.steps = asked->polish < 0 ? POLISH : asked->polish};
-    const cpinn_family_settings settings = {.extrapolate = asked->extrapolate,
-                                            .threads = asked->threads,
-                                            .points = shapes->count,
-                                            .s = shapes->s,
-                                            .t = shapes->t,
-                                            .compile = asked->compile,
-                                            .ranks = asked->ranks};
+    const cpinn_family_settings settings = settings_of(asked, shapes);
     *result = (eval_family){.asked = *asked, .shapes = shapes};
     result->asked.seed = asked->seed < 0 ? SEED : asked->seed;
     ad_status status = cpinn_family_of(e, &settings, &result->family, error);
@@ -112,17 +130,18 @@ ad_status eval_family_run(const eval_family_options *asked, const experiment *e,
         return cpinn_family_verify(result->family, (size_t)asked->verify,
                                    (uint64_t)result->asked.seed, &result->check, error);
     }
-    if (status != AD_OK || !(asked->at || asked->members)) {
-        return status;
-    }
-    status = gather(result, error);
-    if (status == AD_OK) {
-        const answer family = answer_of_family(result->family, &polish);
-        shapes->derives = asked->derivatives;
-        status = samples_ask(shapes, &family, error);
-    }
-    const bool writes = asked->out && ad_ranks_is_first(asked->ranks);
-    return status == AD_OK && writes ? samples_write(shapes, asked->out, error) : status;
+    return status == AD_OK && (asked->at || asked->members) ? answer_members(result, &polish, error)
+                                                            : status;
+}
+
+ad_status eval_family_solve(const eval_family_options *asked, const scene *open, double tolerance,
+                            samples *shapes, eval_family *result, ad_error *error)
+{
+    const cpinn_family_settings settings = settings_of(asked, shapes);
+    *result = (eval_family){.asked = *asked, .shapes = shapes};
+    const ad_status status =
+        cpinn_family_of_scene(open, tolerance, &settings, &result->family, error);
+    return status == AD_OK ? answer_members(result, NULL, error) : status;
 }
 
 /* ---- report -------------------------------------------------------------------------------- */

@@ -1,5 +1,5 @@
-/* cpinn-eval on families: answers for members with their errors, and how they compare with solved
- * ones. */
+/* cpinn-eval and cpinn-solve on families: answers for members with their errors, and how those of a
+ * network compare with solved ones. */
 #ifndef TOOLS_PROGRAMS_EVAL_FAMILY_H
 #define TOOLS_PROGRAMS_EVAL_FAMILY_H
 
@@ -29,6 +29,12 @@ const char *eval_family_conflict(const eval_family_options *asked);
  * the shapes outlive it. AD_BAD_INPUT with file and line, AD_BAD_ARGUMENT. */
 ad_status eval_family_run(const eval_family_options *asked, const experiment *e, samples *shapes,
                           eval_family *result, ad_error *error);
+
+/* The same answers without a network: members are solved, to a tolerance of the position over the
+ * length. The scene outlives it; tolerance 0: CPINN_TOLERANCE. AD_BAD_ARGUMENT also where the
+ * solver of members does not take the scene. */
+ad_status eval_family_solve(const eval_family_options *asked, const scene *open, double tolerance,
+                            samples *shapes, eval_family *result, ad_error *error);
 void eval_family_free(eval_family *eval); /* not itself */
 
 void eval_family_warn(const char *program, const eval_family *eval); /* on stderr */

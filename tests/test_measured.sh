@@ -1,0 +1,88 @@
+#!/bin/bash
+# The table of measured robots, from a folder with made-up data in the format of one set, and without.
+#   test_measured.sh BIN ROOT
+set -u
+. "$(dirname "$0")/programs.sh"
+table=$ROOT/tools/measured.sh
+export PATH
+
+# ---- nothing there ------------------------------------------------------------------------------
+
+mkdir empty
+run 2 "$table" --out none empty
+sets=$(ls "$ROOT"/tools/measured/*.sh | wc -l)
+check a line for each set that is missing -- test "$(grep -c ': not there: .*https://github.com/' stderr.txt)" -eq "$sets"
+said stderr.txt '^measured.sh: .*/empty: no set is there$'
+check nothing else -- test "$(wc -l <stderr.txt)" -eq $((sets + 1))
+refused '^measured.sh: nowhere: is no folder' "$table" nowhere
+refused '^measured.sh: magic: is no set; allowed: .*sorosim' "$table" empty magic
+
+# ---- equilibria of our own in SoRoSim's format ----------------------------------------------------
+
+# Two members: gravity, and all loads at once. What is written has all digits, so that all is equal.
+scene=$ROOT/configs/measured/sorosim.yaml
+cat >members.csv <<'END'
+gx,gy,gz,mid_mx,mid_my,mid_mz,mid_fx,mid_fy,mid_fz,tip_mx,tip_my,tip_mz,tip_fx,tip_fy,tip_fz
+1,2,-9,0,0,0,0,0,0,0,0,0,0,0,0
+-2,5,7,0.01,-0.02,0.03,0.1,-0.05,0.1,0.03,-0.01,0.02,-0.1,0.1,0.05
+END
+halves='0 0.0469 0.2308 0.5 0.7692 0.9531 1'
+rod() { # name, length, keys
+    local name=$1 length=$2
+    shift 2
+    for half in 0 1; do for s in $halves; do echo "$half $s"; done; done |
+        awk -v l="$length" 'BEGIN { print "s" } NR != 8 { printf "%.10g\n", l / 2 * ($1 + $2) }' >stations.csv
+    run 0 cpinn-solve "$scene" "$@" --members members.csv --points stations.csv --out shapes.csv
+    awk -F, -v s="$halves" 'NR == FNR { if (FNR > 1) for (c = 1; c <= NF; c++) load[FNR - 1, c] = $c; next }
+        FNR == 1 { for (c = 1; c <= NF; c++) at[$c] = c
+            gsub(/ /, ",", s); print "rowLabel,gravity,mid_wrench,tip_wrench"; print "arclength,0,0,0," s "," s; next }
+        { m = $at["member"]; i = ++count[m]; r[m, 1, i] = $at["x"]; r[m, 2, i] = $at["y"]; r[m, 3, i] = $at["z"] }
+        END { for (m = 1; m <= 2; m++) for (k = 0; k < 6; k++) {
+            line = "row," (k > 2 ? load[m, k - 2] : 0) "," load[m, 4 + k] "," load[m, 10 + k]
+            for (i = 1; i <= 13; i++) for (n = 1; n <= 1 + (i == 7); n++)
+                line = line "," (k > 2 ? r[m, k - 2, i] : 0)
+            print line } }' members.csv shapes.csv >"$folder/${name}_dataStatics.csv"
+}
+folder=made/opencr-mujoco/data/reference/sorosim/sorosim_statics
+mkdir -p $folder
+rod SpringSteelRodMuJoCo 0.6
+rod TPURodMuJoCo 0.4 --set rod.length=0.4 --set parameters.radius=0.005 --set loads.points[0].at=0.2 \
+    --set rod.material.youngs_modulus=70e6 --set rod.material.poissons_ratio=0.4 --set rod.material.density=1200
+
+column() { # of the row that begins so
+    awk -F, -v row="$1" -v name="$2" 'NR == 1 { for (c = 1; c <= NF; c++) if ($c == name) at = c }
+        index($2, row) == 1 { print $at }' out/table.csv
+}
+for kind in plain git; do
+    run 0 "$table" --out out made sorosim
+    check nothing on stderr -- test ! -s stderr.txt
+    same stdout.txt out/table.md
+    for rod in 'spring steel' TPU; do
+        # Numbers are written with nine digits: off by less than 1e-9 m.
+        check the $rod is the same -- test "$(column "$rod: positions worst" physics)" = 0.000
+        check all coordinates of the $rod -- test "$(column "$rod: coordinates" physics)" = 100.00
+        check two members of the $rod -- test "$(column "$rod: positions rms" rows)" = 2
+    done
+    if [ $kind = plain ]; then # the same as a bare git directory
+        (cd made/opencr-mujoco && git init -q . && git add . &&
+            git -c user.name=x -c user.email=x commit -q -m data && cd .. &&
+            git clone -q --bare opencr-mujoco ContinuumRoboticsLab+opencr-mujoco && rm -rf opencr-mujoco)
+    fi
+done
+
+# A member that is moved by a millimetre is seen.
+cp -r out/sorosim/data made/opencr-mujoco && rm -rf made/Continuum*
+sed -i '6s/,[^,]*$/,0.001/' "$folder/TPURodMuJoCo_dataStatics.csv"
+run 0 "$table" --out out made
+check it is seen -- test "$(column 'TPU: coordinates' physics)" != 100.00
+rm "$folder/TPURodMuJoCo_dataStatics.csv"
+run 1 "$table" --out out made sorosim
+said stderr.txt '^sorosim: failed; see .*/out/sorosim$'
+
+# ---- cpinn-solve --members ------------------------------------------------------------------------
+
+refused 'no family' cpinn-solve "$elastica" --members members.csv --out z.csv
+refused '^cpinn-solve: --members: allowed beside it' cpinn-solve "$scene" --members members.csv --at gx=1 --out z.csv
+refused 'nothing would be written' cpinn-solve "$scene" --members members.csv
+refused '^cpinn-solve: --derivatives: allowed: of --members' cpinn-solve "$elastica" --derivatives
+finish
