@@ -10,6 +10,7 @@
 #   take OWNER/NAME PATH...   copies files or folders of the repository to data/PATH; ends the set where it is missing
 #   run LOG COMMAND...        keeps what COMMAND prints in LOG, and its time in $seconds; a warning (3) is no failure
 #   number KEY FILE [N]       the N-th number of that key in a file of --json
+#   times FACTOR NUMBER       three figures of the product, such as mm of m
 #   row WHAT KEY=VALUE...     a row of the table: unit, rows (how many measurements), measured (how much), published,
 #                             physics, physics_held_out, residual, residual_held_out, deviation (of an unknown that
 #                             was found), seconds
@@ -82,6 +83,10 @@ run() {
 
 number() {
     grep -o "\"$1\": *[^,}]*" "$2" | sed -n "${3:-1}s/.*: *//p"
+}
+
+times() {
+    awk -v a="$1" -v b="$2" 'BEGIN { printf "%.3g\n", a * b }'
 }
 
 row() {

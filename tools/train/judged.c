@@ -5,15 +5,30 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* Squares of the residuals of a row; *count receives how many they are. */
-static double square_of(const solve_measured *set, size_t row, const double *residuals, int *count)
+/* How many residuals a row has. */
+static int count_of(const solve_measured *set, size_t row)
+{
+    int count = set->columns == 4 ? -1 : 0; /* a quaternion has three */
+    for (int c = 0; c < set->columns; c++) {
+        count += !isnan(set->values[(size_t)c * set->rows + row]);
+    }
+    return count;
+}
+
+static int most_of(const solve_measured *set)
+{
+    int most = 1;
+    for (size_t row = 0; row < set->rows; row++) {
+        const int count = count_of(set, row);
+        most = count > most ? count : most;
+    }
+    return most;
+}
+
+static double square_of(int count, const double *residuals)
 {
     double sum = 0;
-    *count = set->columns == 4 ? -1 : 0; /* a quaternion has three */
-    for (int c = 0; c < set->columns; c++) {
-        *count += !isnan(set->values[(size_t)c * set->rows + row]);
-    }
-    for (int i = 0; i < *count; i++) {
+    for (int i = 0; i < count; i++) {
         sum += residuals[i] * residuals[i];
     }
     return sum;
@@ -23,11 +38,11 @@ static double square_of(const solve_measured *set, size_t row, const double *res
 static size_t judge_set(const solve_measured *set, const double *residuals, double *distances,
                         judged_set *result)
 {
-    const int all = set->columns == 4 ? 3 : set->columns;
+    const int all = most_of(set);
     double squares = 0;
     for (size_t row = 0; row < set->rows; row++) {
-        int count;
-        const double square = square_of(set, row, residuals + result->numbers, &count);
+        const int count = count_of(set, row);
+        const double square = square_of(count, residuals + result->numbers);
         result->numbers += (size_t)count;
         result->chi_squared += square;
         if (count == all) {

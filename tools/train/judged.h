@@ -4,8 +4,9 @@
 
 #include "tools/train/measurements.h"
 
-/* Of the rows of a file in which no number is missing: distances between measured and computed, of
- * rotations angles, in SI. NaN where the scene has no solution. */
+/* Of the rows of a file in which nothing is missing that others have, such as the one coordinate
+ * that was measured: distances between measured and computed, of rotations angles, in SI. NaN where
+ * the scene has no solution. */
 typedef struct judged_set {
     int entry; /* of the settings' list */
     bool held_out;
