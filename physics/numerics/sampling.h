@@ -46,7 +46,7 @@ typedef enum sampling_kind {
         SAMPLING_KIND_COUNT
 } sampling_kind;
 
-enum { SAMPLING_MAX_DIMENSION = 16, SAMPLING_MAX_GRID_DIMENSION = 3 };
+enum { SAMPLING_MAX_DIMENSION = 48, SAMPLING_MAX_GRID_DIMENSION = 3 };
 
 /* Text of a kind, never NULL. */
 const char *sampling_kind_text(sampling_kind kind);
@@ -77,7 +77,7 @@ ad_status sampling_count(sampling_kind kind, int dimension, size_t count, const 
                          size_t *actual, ad_error *error);
 
 /* Fill points [dimension][count]. `rng` may be NULL except for uniform and latin_hypercube.
- * AD_BAD_ARGUMENT: dimension not 1..8 (grids 1..3), count 0 or (sobol) above 2^32, generator
+ * AD_BAD_ARGUMENT: dimension not 1..48 (grids 1..3), count 0 or (sobol) above 2^32, generator
  * missing, or a count without a grid shape (the message names the nearest below). */
 ad_status sampling_fill(sampling_kind kind, nn_rng *rng, int dimension, size_t count,
                         double *points, ad_error *error);

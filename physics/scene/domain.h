@@ -15,7 +15,7 @@ extern "C" {
 #endif
 
 enum {
-    DOMAIN_COORDINATES_MAX = 26, /* s, t and the parameters of a scene */
+    DOMAIN_COORDINATES_MAX = 50, /* s, t and the parameters of a scene */
     DOMAIN_NAME = 48,
     DOMAIN_WINDOWS_MAX = 1024,
     DOMAIN_PIECES_MAX = 64 /* NN_PIECES_MAX */

@@ -320,7 +320,7 @@ typedef struct scene_beam {
 
 enum { SCENE_WINDOWS_MAX = 1024 }; /* DOMAIN_WINDOWS_MAX */
 
-enum { SCENE_PARAMETERS_MAX = 24 }; /* beside s and t */
+enum { SCENE_PARAMETERS_MAX = 48 }; /* beside s and t */
 
 #define SCENE_SCALE_LIST(X)                                                                        \
     X(SCENE_LINEAR, "linear") /* as it is */                                                       \

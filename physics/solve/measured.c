@@ -1,6 +1,5 @@
-#include "physics/solve/measured.h"
+#include "physics/solve/measured_trials.h"
 
-#include "physics/chain/solve_members.h"
 #include "physics/numerics/quaternion.h"
 #include "physics/numerics/sort.h"
 
@@ -10,36 +9,6 @@
 
 enum { QUATERNION = 4, MEMBERS_BYTES = 64 << 20 /* of the shapes of one batch */ };
 
-/* One row of one set; rows of an experiment follow one another, in the order of their times. */
-typedef struct measured_row {
-    const solve_measured *set;
-    size_t row;
-    const double *known; /* [parameter_count], 0 for unknowns */
-    int known_count;
-    double t;
-    size_t residual; /* where its residuals begin */
-    size_t place;    /* which of the places of members */
-} measured_row;
-
-struct solve_trials {
-    scene open;
-    int unknowns;
-    bool has_quaternion;
-    int first_rotation, columns; /* of the model: so many are needed */
-    double tolerance;
-    ad_pool *pool;
-    size_t rows, residuals, experiments;
-    measured_row *row;
-    double *known; /* [rows][parameter_count] */
-    size_t *first; /* [experiments + 1] rows */
-    double *nodes; /* [experiments] of motions, kept so that solutions change smoothly; 0: open */
-    bool chooses;  /* these, where one trial is run */
-    bool rough;    /* the run at hand */
-    solve_members *members; /* NULL: one by one */
-    size_t places;
-    ad_error reason; /* why there was no solution, of the last run */
-};
-
 void solve_trials_free(solve_trials *trials)
 {
     if (trials) {
@@ -48,6 +17,8 @@ void solve_trials_free(solve_trials *trials)
         free(trials->row);
         free(trials->known);
         free(trials->first);
+        free(trials->at);
+        free(trials->curvature);
         free(trials->nodes);
         free(trials);
     }
@@ -118,6 +89,11 @@ static size_t residuals_of(const solve_trials *trials, const solve_measured *set
     return count;
 }
 
+size_t solve_trials_row_residuals(const solve_trials *trials, const measured_row *of)
+{
+    return residuals_of(trials, of->set, of->row);
+}
+
 static void take_row(solve_trials *trials, const solve_measured *set, size_t row)
 {
     const size_t count = (size_t)trials->open.parameter_count;
@@ -168,9 +144,8 @@ static ad_status take_rows(solve_trials *trials, int sets, const solve_measured 
 
 /* ---- members ------------------------------------------------------------------------------- */
 
-/* All parameters of an experiment at trial values. */
-static void fill(const solve_trials *trials, const double *values, size_t experiment,
-                 double *parameters)
+void solve_trials_fill(const solve_trials *trials, const double *values, size_t experiment,
+                       double *parameters)
 {
     const measured_row *row = &trials->row[trials->first[experiment]];
     for (int i = 0; i < trials->open.parameter_count; i++) {
@@ -179,6 +154,20 @@ static void fill(const solve_trials *trials, const double *values, size_t experi
     for (int i = 0; i < trials->unknowns; i++) {
         parameters[scene_known_count(&trials->open) + i] = values[i];
     }
+}
+
+static ad_status keep_curvature(solve_trials *trials, ad_error *error)
+{
+    const size_t unknowns = (size_t)trials->unknowns;
+    const size_t count = trials->experiments * 3 * solve_members_nodes(trials->members);
+    trials->at = malloc((unknowns + 1) * sizeof *trials->at);
+    trials->curvature = malloc((count + 1) * sizeof *trials->curvature);
+    for (size_t i = 0; trials->at && i < unknowns; i++) {
+        trials->at[i] = NAN;
+    }
+    return trials->at && trials->curvature
+               ? AD_OK
+               : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu members", trials->experiments);
 }
 
 /* Members at all places where something was measured. */
@@ -208,7 +197,9 @@ static ad_status create_members(solve_trials *trials, int threads, ad_error *err
     free(s);
     /* what members do not take is solved one by one, which says what is wrong with it, if anything
      */
-    return status == AD_NO_MEMORY ? status : AD_OK;
+    return status == AD_NO_MEMORY ? status
+           : trials->members      ? keep_curvature(trials, error)
+                                  : AD_OK;
 }
 
 /* ---- making -------------------------------------------------------------------------------- */
@@ -284,10 +275,8 @@ static void rotation_between(const double p[4], const double q[4], double vector
     }
 }
 
-/* Of one row, from the computed columns of the model, each `stride` numbers after the one before.
- */
-static void compare(const solve_trials *trials, const measured_row *of, const double *computed,
-                    size_t stride, double *residuals)
+void solve_trials_compare(const solve_trials *trials, const measured_row *of,
+                          const double *computed, size_t stride, double *residuals)
 {
     const solve_measured *set = of->set;
     for (int c = 0; c < set->columns; c++) {
@@ -311,16 +300,6 @@ static void compare(const solve_trials *trials, const measured_row *of, const do
 
 /* ---- one by one ---------------------------------------------------------------------------- */
 
-typedef struct trial_batch {
-    solve_trials *x;
-    const double *values;
-    double *residuals;
-    size_t count;
-    size_t *job;       /* [count] number of the trial times experiments, plus the experiment */
-    ad_status *status; /* [count] */
-    ad_error *error;   /* [count] */
-} trial_batch;
-
 static ad_status evaluate(const solve_trials *trials, size_t experiment, const solution *solved,
                           double *residuals, ad_error *error)
 {
@@ -336,8 +315,8 @@ static ad_status evaluate(const solve_trials *trials, size_t experiment, const s
     }
     ad_status status = solution_evaluate(solved, trials->columns, rows, s, t, values, error);
     for (size_t i = 0; status == AD_OK && i < rows; i++) {
-        compare(trials, &trials->row[first + i], values + i, rows,
-                residuals + trials->row[first + i].residual);
+        solve_trials_compare(trials, &trials->row[first + i], values + i, rows,
+                             residuals + trials->row[first + i].residual);
     }
     free(s);
     return status;
@@ -365,7 +344,7 @@ static ad_status solve_one(const solve_trials *trials, size_t experiment, const 
     scene member;
     solution *solved = NULL;
     solve_report report;
-    fill(trials, values, experiment, parameters);
+    solve_trials_fill(trials, values, experiment, parameters);
     scene_member(&trials->open, parameters, &member);
     for (size_t i = 0; times && i < rows; i++) {
         times[i] = trials->row[first + i].t;
@@ -414,8 +393,7 @@ static void run_job(void *context, int item, int thread)
                                 b->residuals + trial * trials->residuals, &b->error[item]);
 }
 
-/* Where there is no solution, residuals stay as they are: not numbers. */
-static ad_status run_jobs(trial_batch *b, ad_error *error)
+ad_status solve_trials_jobs(trial_batch *b, ad_error *error)
 {
     b->status = malloc((b->count + 1) * sizeof *b->status);
     b->error = malloc((b->count + 1) * sizeof *b->error);
@@ -452,10 +430,12 @@ static ad_status run_members(trial_batch *b, size_t first, size_t trials, double
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu members", count);
     }
     for (size_t i = 0; i < count; i++) {
-        fill(of, b->values + (first + i / of->experiments) * (size_t)of->unknowns,
-             i % of->experiments, parameters + i * width);
+        solve_trials_fill(of, b->values + (first + i / of->experiments) * (size_t)of->unknowns,
+                          i % of->experiments, parameters + i * width);
     }
-    ad_status status = solve_members_solve(of->members, count, parameters, shapes, results, error);
+    ad_status status =
+        solve_members_curvature(of->members, count, parameters, shapes,
+                                b->trials == 1 ? of->curvature : NULL, results, error);
     for (size_t i = 0; status == AD_OK && i < count; i++) {
         const size_t trial = first + i / of->experiments, experiment = i % of->experiments;
         if (!results[i].solved && of->rough) {
@@ -467,8 +447,8 @@ static ad_status run_members(trial_batch *b, size_t first, size_t trials, double
         }
         for (size_t r = of->first[experiment]; r < of->first[experiment + 1]; r++) {
             const measured_row *row = &of->row[r];
-            compare(of, row, shapes + i * shape + row->place * SOLVE_MEMBERS_COLUMNS, 1,
-                    b->residuals + trial * of->residuals + row->residual);
+            solve_trials_compare(of, row, shapes + i * shape + row->place * SOLVE_MEMBERS_COLUMNS,
+                                 1, b->residuals + trial * of->residuals + row->residual);
         }
     }
     free(results);
@@ -501,7 +481,7 @@ double *solve_trials_nodes(const solve_trials *trials)
 ad_status solve_trials_run(solve_trials *trials, size_t count, const double *values, bool rough,
                            double *residuals, ad_error *error)
 {
-    trial_batch batch = {.x = trials, .values = values, .residuals = residuals};
+    trial_batch batch = {.x = trials, .values = values, .trials = count, .residuals = residuals};
     batch.job = malloc((count * trials->experiments + 1) * sizeof *batch.job);
     if (!batch.job) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu trials", count);
@@ -515,12 +495,15 @@ ad_status solve_trials_run(solve_trials *trials, size_t count, const double *val
     ad_status status = AD_OK;
     if (trials->members) {
         status = run_all_members(&batch, count, error);
+        if (status == AD_OK && count == 1) {
+            memcpy(trials->at, values, (size_t)trials->unknowns * sizeof *values);
+        }
     } else {
         for (size_t i = 0; i < count * trials->experiments; i++) {
             batch.job[batch.count++] = i;
         }
     }
-    status = status == AD_OK && batch.count > 0 ? run_jobs(&batch, error) : status;
+    status = status == AD_OK && batch.count > 0 ? solve_trials_jobs(&batch, error) : status;
     free(batch.job);
     return status;
 }

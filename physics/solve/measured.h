@@ -59,4 +59,14 @@ double *solve_trials_nodes(const solve_trials *trials);
 ad_status solve_trials_run(solve_trials *trials, size_t count, const double *values, bool rough,
                            double *residuals, ad_error *error);
 
+/* jacobian [unknowns][residuals], their derivatives by the unknowns in SI, at values [unknowns] of
+ * which residuals [residuals] are those of a run. By members they are exact, to some 1e-8
+ * (solve_members_jacobian). Of experiments that these do not solve they are differences between
+ * ends [unknowns][2], values beside, for which `solved` solutions are found: to one side where
+ * there is none on the other, not numbers where there is none. room [2 unknowns][residuals] is
+ * written over. Bits and errors as above. */
+ad_status solve_trials_differentiate(solve_trials *trials, const double *values, const double *ends,
+                                     const double *residuals, double *room, double *jacobian,
+                                     size_t *solved, ad_error *error);
+
 #endif

@@ -234,14 +234,19 @@ static void sobol_meets_published_points(void **unused)
         {9, 7, 1, 13, 3, 11, 5, 13, 13, 3, 9, 11, 13, 1, 7, 5},
         {1, 15, 9, 5, 11, 3, 13, 5, 5, 11, 1, 3, 5, 9, 15, 13},
     };
-    static const double thousandth[16] = {225, 99, 531, 693, 287, 929, 47,  921,
-                                          513, 71, 87,  261, 165, 393, 147, 379};
-    static const double late[16] = {8005, 14101,  123677, 81371, 79371, 126573, 7997,  4685,
-                                    2673, 100921, 36431,  59227, 74081, 25803,  12609, 7771};
+    static const double thousandth[48] = {
+        225, 99,  531,  693, 287, 929, 47,  921, 513, 71,  87,  261,  165, 393, 147, 379,
+        737, 353, 1015, 743, 535, 563, 973, 553, 597, 929, 41,  1003, 61,  349, 151, 149,
+        303, 607, 821,  789, 869, 851, 315, 491, 935, 261, 983, 719,  861, 95,  893, 941};
+    static const double late[48] = {
+        8005,  14101, 123677, 81371, 79371,  126573, 7997,  4685,   2673,  100921, 36431, 59227,
+        74081, 25803, 12609,  7771,  127815, 32269,  56835, 14275,  32067, 16711,  89601, 11525,
+        13973, 64081, 20049,  38067, 125127, 17091,  89861, 62215,  40753, 35765,  80375, 64119,
+        10515, 60997, 111773, 36565, 98781,  105157, 99045, 104621, 33621, 12357,  84801, 5697};
     const size_t count = 100001;
-    double *points = fill(SAMPLING_SOBOL, NULL, 16, count);
-    for (size_t axis = 0; axis < 16; axis++) {
-        for (size_t i = 0; i < 16; i++) {
+    double *points = fill(SAMPLING_SOBOL, NULL, 48, count);
+    for (size_t axis = 0; axis < 48; axis++) {
+        for (size_t i = 0; i < 16 && axis < 16; i++) {
             assert_true(16 * points[axis * count + i] == expected[i][axis]);
         }
         assert_true(1024 * points[axis * count + 1000] == thousandth[axis]);
@@ -456,7 +461,7 @@ static void kinds_have_names_and_errors_are_clear(void **unused)
     }
     assert_string_equal(sampling_kind_text(SAMPLING_KIND_COUNT), "unknown sampling");
     assert_int_equal(sampling_fill(SAMPLING_UNIFORM, NULL, 2, 4, points, &error), AD_BAD_ARGUMENT);
-    assert_int_equal(sampling_fill(SAMPLING_UNIFORM, &rng, 17, 1, points, &error), AD_BAD_ARGUMENT);
+    assert_int_equal(sampling_fill(SAMPLING_UNIFORM, &rng, 49, 1, points, &error), AD_BAD_ARGUMENT);
     assert_int_equal(sampling_fill(SAMPLING_SOBOL, &rng, 2, 0, points, &error), AD_BAD_ARGUMENT);
     assert_int_equal(sampling_fill(SAMPLING_GRID, NULL, 4, 8, points, &error), AD_BAD_ARGUMENT);
     assert_int_equal(sampling_fill(SAMPLING_GRID, NULL, 2, 13, points, &error), AD_BAD_ARGUMENT);

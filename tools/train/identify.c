@@ -50,7 +50,7 @@ typedef struct search {
     int count;
     size_t n;          /* residuals */
     double exact;      /* chi squared below which residuals mean nothing */
-    double difference; /* of z, to both sides */
+    double difference; /* of z, to both sides, where derivatives are not known */
     double *room;      /* [2 count][n] residuals of trials */
     double *r;         /* [n] at y */
     double *j;         /* [count][n] by z */
@@ -119,37 +119,29 @@ static double difference_at(const search *search, double z)
     return search->difference * fmax(EDGE, 4 * z * (1 - z));
 }
 
-/* j by differences around z, to one side where there is no solution on the other; r is there. */
+/* j around z; r is there. */
 static int differentiate(search *search, const double *z)
 {
-    const size_t count = (size_t)search->count;
-    double trial[2 * MAX * MAX], ends[2 * MAX];
-    for (size_t k = 0; k < 2 * count; k++) {
-        memcpy(trial + k * count, z, count * sizeof *z);
-        ends[k] = fmin(1, fmax(0, z[k / 2] + (k % 2 ? 1 : -1) * difference_at(search, z[k / 2])));
-        trial[k * count + k / 2] = ends[k];
+    const scene_parameter *unknown = &search->open->parameters[scene_known_count(search->open)];
+    const size_t n = search->n;
+    double values[MAX], ends[2 * MAX];
+    size_t solved = 0;
+    values_of(search, z, values);
+    for (int k = 0; k < 2 * search->count; k++) {
+        const double by = (k % 2 ? 1 : -1) * difference_at(search, z[k / 2]);
+        ends[k] = scene_parameter_at(&unknown[k / 2], fmin(1, fmax(0, z[k / 2] + by)));
     }
-    if (run(search, false, 2 * count, trial, search->room, &search->error) != AD_OK) {
+    if (solve_trials_differentiate(search->trials, values, ends, search->r, search->room, search->j,
+                                   &solved, &search->error) != AD_OK) {
         return OPTIM_OBJECTIVE_STOP;
     }
-    for (size_t i = 0; i < count; i++) {
-        const double *low = search->room + 2 * i * search->n, *high = low + search->n;
-        double from = ends[2 * i], to = ends[2 * i + 1];
-        if (!isfinite(sum_of_squares(search->n, low))) {
-            low = search->r;
-            from = z[i];
-        } else if (!isfinite(sum_of_squares(search->n, high))) {
-            high = search->r;
-            to = z[i];
-        }
-        for (size_t k = 0; k < search->n; k++) {
-            search->j[i * search->n + k] = (high[k] - low[k]) / (to - from);
-        }
-        if (!isfinite(sum_of_squares(search->n, search->j + i * search->n))) {
-            return OPTIM_OBJECTIVE_NOT_FINITE;
-        }
+    search->all.solutions += (double)solved;
+    for (size_t i = 0; i < (size_t)search->count * n; i++) {
+        search->j[i] *= scene_parameter_slope(&unknown[i / n], values[i / n]);
     }
-    return OPTIM_OBJECTIVE_OK;
+    return isfinite(sum_of_squares((size_t)search->count * n, search->j))
+               ? OPTIM_OBJECTIVE_OK
+               : OPTIM_OBJECTIVE_NOT_FINITE;
 }
 
 /* J^T J and J^T r, by unknowns of which the parts of the ranges go as slope [count], NULL: 1. */

@@ -1,6 +1,6 @@
 /* Unknown numbers of a scene from measurements by solving it: least squares by Gauss-Newton with
- * damping, the residuals over their noise, derivatives by central differences of solutions; then
- * what the measurements tell of each. */
+ * damping, the residuals over their noise, derivatives exact where members are solved in batches,
+ * else by central differences of solutions; then what the measurements tell of each. */
 #ifndef TOOLS_TRAIN_IDENTIFY_H
 #define TOOLS_TRAIN_IDENTIFY_H
 

@@ -1,0 +1,207 @@
+/* How residuals change with the unknowns. By members they do as the shapes at equilibrium do, by
+ * the implicit function theorem; experiments that members do not solve are solved beside. */
+#include "physics/solve/measured_trials.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { CHANGE_BYTES = 64 << 20 /* of the derivatives of one batch */ };
+
+/* Rows are compared in closed form, of which differences of fourth order are exact but for
+ * rounding: so much of a range to both sides, and twice. */
+static const double BESIDE = 1e-3;
+
+typedef struct change {
+    solve_trials *x;
+    const double *values;
+    const double *ends;      /* [unknowns][2] */
+    const double *residuals; /* at the values */
+    double *room;            /* [2 unknowns][residuals] */
+    double *jacobian;        /* [unknowns][residuals] */
+} change;
+
+/* ---- by members ---------------------------------------------------------------------------- */
+
+/* Of a row's residuals by one unknown, by which the columns change as `by`, each `stride` numbers
+ * after the one before. */
+static void compare_change(const change *c, const measured_row *row, const double *columns,
+                           const double *by, size_t stride, double range, double *to)
+{
+    static const double WEIGHT[4] = {1.0 / 12, -8.0 / 12, 8.0 / 12, -1.0 / 12};
+    static const int AT[4] = {-2, -1, 1, 2};
+    double beside[SOLVE_MEMBERS_COLUMNS], residuals[SOLVE_MEMBERS_COLUMNS];
+    const size_t count = solve_trials_row_residuals(c->x, row);
+    const double step = BESIDE * range;
+    memset(to, 0, count * sizeof *to);
+    for (int k = 0; k < 4; k++) {
+        for (size_t i = 0; i < SOLVE_MEMBERS_COLUMNS; i++) {
+            beside[i] = columns[i] + AT[k] * step * by[i * stride];
+        }
+        solve_trials_compare(c->x, row, beside, 1, residuals);
+        for (size_t i = 0; i < count; i++) {
+            to[i] += WEIGHT[k] / step * residuals[i];
+        }
+    }
+}
+
+static void put_rows(const change *c, size_t experiment, const double *shapes, const double *by)
+{
+    const solve_trials *x = c->x;
+    const size_t width = (size_t)x->open.parameter_count, known = width - (size_t)x->unknowns;
+    for (size_t r = x->first[experiment]; r < x->first[experiment + 1]; r++) {
+        const measured_row *row = &x->row[r];
+        const size_t first = row->place * SOLVE_MEMBERS_COLUMNS;
+        for (size_t i = 0; i < (size_t)x->unknowns; i++) {
+            const double range =
+                scene_parameter_slope(&x->open.parameters[known + i], c->values[i]);
+            compare_change(c, row, shapes + first, by + first * width + known + i, width, range,
+                           c->jacobian + i * x->residuals + row->residual);
+        }
+    }
+}
+
+static ad_status change_members(const change *c, size_t first, size_t count, double *room,
+                                ad_error *error)
+{
+    const solve_trials *x = c->x;
+    const size_t width = (size_t)x->open.parameter_count, nodes = solve_members_nodes(x->members);
+    const size_t shape = x->places * SOLVE_MEMBERS_COLUMNS;
+    const double *curvature = x->curvature + first * 3 * nodes;
+    double *shapes = room + count * width, *by = shapes + count * shape;
+    for (size_t i = 0; i < count; i++) {
+        solve_trials_fill(x, c->values, first + i, room + i * width);
+    }
+    ad_status status =
+        solve_members_refine(x->members, count, room, curvature, 0, shapes, NULL, NULL, error);
+    status = status == AD_OK ? solve_members_jacobian(x->members, count, room, curvature, by, error)
+                             : status;
+    for (size_t i = 0; status == AD_OK && i < count; i++) {
+        put_rows(c, first + i, shapes + i * shape, by + i * shape * width);
+    }
+    return status;
+}
+
+static ad_status change_all_members(const change *c, ad_error *error)
+{
+    const solve_trials *x = c->x;
+    const size_t width = (size_t)x->open.parameter_count;
+    const size_t each = width + x->places * SOLVE_MEMBERS_COLUMNS * (1 + width);
+    size_t most = CHANGE_BYTES / (each * sizeof(double));
+    most = most < 1 ? 1 : most > x->experiments ? x->experiments : most;
+    double *room = malloc(most * each * sizeof *room);
+    ad_status status =
+        room ? AD_OK
+             : ad_fail(error, AD_NO_MEMORY, "out of memory for derivatives of %zu members", most);
+    for (size_t first = 0; status == AD_OK && first < x->experiments; first += most) {
+        const size_t left = x->experiments - first;
+        status = change_members(c, first, left < most ? left : most, room, error);
+    }
+    free(room);
+    return status;
+}
+
+/* ---- by solutions beside ------------------------------------------------------------------- */
+
+static bool is_finite(const change *c, size_t experiment, const double *numbers)
+{
+    const solve_trials *x = c->x;
+    for (size_t r = x->first[experiment]; r < x->first[experiment + 1]; r++) {
+        const size_t count = solve_trials_row_residuals(x, &x->row[r]);
+        for (size_t k = 0; k < count; k++) {
+            if (!isfinite(numbers[x->row[r].residual + k])) {
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
+static bool is_changed(const change *c, size_t experiment)
+{
+    bool changed = true;
+    for (size_t i = 0; i < (size_t)c->x->unknowns && changed; i++) {
+        changed = is_finite(c, experiment, c->jacobian + i * c->x->residuals);
+    }
+    return changed;
+}
+
+/* To one side where there is no solution on the other. */
+static void put_difference(const change *c, size_t experiment, size_t unknown)
+{
+    const solve_trials *x = c->x;
+    const double *low = c->room + 2 * unknown * x->residuals, *high = low + x->residuals;
+    double from = c->ends[2 * unknown], to = c->ends[2 * unknown + 1];
+    if (!is_finite(c, experiment, low)) {
+        low = c->residuals;
+        from = c->values[unknown];
+    } else if (!is_finite(c, experiment, high)) {
+        high = c->residuals;
+        to = c->values[unknown];
+    }
+    for (size_t r = x->first[experiment]; r < x->first[experiment + 1]; r++) {
+        const size_t count = solve_trials_row_residuals(x, &x->row[r]);
+        for (size_t k = x->row[r].residual; k < x->row[r].residual + count; k++) {
+            c->jacobian[unknown * x->residuals + k] = (high[k] - low[k]) / (to - from);
+        }
+    }
+}
+
+/* Of the experiments of which derivatives are no numbers yet. */
+static ad_status take_differences(const change *c, size_t *solved, ad_error *error)
+{
+    solve_trials *x = c->x;
+    const size_t unknowns = (size_t)x->unknowns, trials = 2 * unknowns;
+    size_t *open = malloc((x->experiments + 1) * sizeof *open), count = 0;
+    trial_batch batch = {.x = x, .residuals = c->room};
+    batch.job = malloc((trials * x->experiments + 1) * sizeof *batch.job);
+    double *values = malloc(trials * unknowns * sizeof *values);
+    ad_status status = open && batch.job && values
+                           ? AD_OK
+                           : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu trials", trials);
+    for (size_t i = 0; status == AD_OK && i < x->experiments; i++) {
+        if (!is_changed(c, i)) {
+            open[count++] = i;
+        }
+    }
+    for (size_t k = 0; status == AD_OK && k < trials; k++) {
+        memcpy(values + k * unknowns, c->values, unknowns * sizeof *values);
+        values[k * unknowns + k / 2] = c->ends[k];
+        for (size_t i = 0; i < count; i++) {
+            batch.job[batch.count++] = k * x->experiments + open[i];
+        }
+    }
+    for (size_t i = 0; i < trials * x->residuals; i++) {
+        c->room[i] = NAN;
+    }
+    batch.values = values;
+    *solved = batch.count;
+    status = status == AD_OK && count > 0 ? solve_trials_jobs(&batch, error) : status;
+    for (size_t i = 0; status == AD_OK && i < count * unknowns; i++) {
+        put_difference(c, open[i / unknowns], i % unknowns);
+    }
+    free(open);
+    free(batch.job);
+    free(values);
+    return status;
+}
+
+/* ---- all of them --------------------------------------------------------------------------- */
+
+ad_status solve_trials_differentiate(solve_trials *trials, const double *values, const double *ends,
+                                     const double *residuals, double *room, double *jacobian,
+                                     size_t *solved, ad_error *error)
+{
+    const size_t unknowns = (size_t)trials->unknowns;
+    const change c = {trials, values, ends, residuals, room, jacobian};
+    ad_status status = AD_OK;
+    for (size_t i = 0; i < unknowns * trials->residuals; i++) {
+        jacobian[i] = NAN;
+    }
+    if (trials->members && memcmp(trials->at, values, unknowns * sizeof *values) != 0) {
+        status = solve_trials_run(trials, 1, values, false, room, error);
+    }
+    trials->chooses = trials->rough = false;
+    status = status == AD_OK && trials->members ? change_all_members(&c, error) : status;
+    return status == AD_OK ? take_differences(&c, solved, error) : status;
+}

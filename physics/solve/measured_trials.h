@@ -1,0 +1,64 @@
+/* What measured.c and measured_change.c share. */
+#ifndef PHYSICS_SOLVE_MEASURED_TRIALS_H
+#define PHYSICS_SOLVE_MEASURED_TRIALS_H
+
+#include "physics/chain/solve_members.h"
+#include "physics/solve/measured.h"
+
+/* One row of one set; rows of an experiment follow one another, in the order of their times. */
+typedef struct measured_row {
+    const solve_measured *set;
+    size_t row;
+    const double *known; /* [parameter_count], 0 for unknowns */
+    int known_count;
+    double t;
+    size_t residual; /* where its residuals begin */
+    size_t place;    /* which of the places of members */
+} measured_row;
+
+struct solve_trials {
+    scene open;
+    int unknowns;
+    bool has_quaternion;
+    int first_rotation, columns; /* of the model: so many are needed */
+    double tolerance;
+    ad_pool *pool;
+    size_t rows, residuals, experiments;
+    measured_row *row;
+    double *known;          /* [rows][parameter_count] */
+    size_t *first;          /* [experiments + 1] rows */
+    double *at, *curvature; /* [unknowns] of the last single trial by members, and its curvature
+                             * [experiments][3 nodes]; NaN: none */
+    double *nodes; /* [experiments] of motions, kept so that solutions change smoothly; 0: open */
+    bool chooses;  /* these, where one trial is run */
+    bool rough;    /* the run at hand */
+    solve_members *members; /* NULL: one by one */
+    size_t places;
+    ad_error reason; /* why there was no solution, of the last run */
+};
+
+typedef struct trial_batch {
+    solve_trials *x;
+    const double *values;
+    double *residuals;
+    size_t trials, count;
+    size_t *job;       /* [count] number of the trial times experiments, plus the experiment */
+    ad_status *status; /* [count] */
+    ad_error *error;   /* [count] */
+} trial_batch;
+
+/* parameters [parameter_count] of an experiment at trial values. */
+void solve_trials_fill(const solve_trials *trials, const double *values, size_t experiment,
+                       double *parameters);
+
+/* Residuals of one row, from the computed columns of the model, each `stride` numbers after the one
+ * before. */
+void solve_trials_compare(const solve_trials *trials, const measured_row *of,
+                          const double *computed, size_t stride, double *residuals);
+size_t solve_trials_row_residuals(const solve_trials *trials, const measured_row *of);
+
+/* Solves the jobs one by one; where there is no solution, residuals stay as they are: not numbers.
+ */
+ad_status solve_trials_jobs(trial_batch *batch, ad_error *error);
+
+#endif
