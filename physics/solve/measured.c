@@ -34,6 +34,11 @@ size_t solve_trials_experiments(const solve_trials *trials)
     return trials->experiments;
 }
 
+size_t solve_trials_counted(const solve_trials *trials)
+{
+    return (trials->experiments + trials->every - 1) / trials->every;
+}
+
 double solve_trials_tolerance(const solve_trials *trials)
 {
     return trials->tolerance;
@@ -92,6 +97,21 @@ static size_t residuals_of(const solve_trials *trials, const solve_measured *set
 size_t solve_trials_row_residuals(const solve_trials *trials, const measured_row *of)
 {
     return residuals_of(trials, of->set, of->row);
+}
+
+size_t solve_trials_thin(solve_trials *trials, size_t every)
+{
+    size_t count = 0;
+    trials->every = every;
+    for (size_t i = 0; i < trials->experiments; i += every) {
+        for (size_t r = trials->first[i]; r < trials->first[i + 1]; r++) {
+            count += solve_trials_row_residuals(trials, &trials->row[r]);
+        }
+    }
+    for (int i = 0; i < trials->unknowns && trials->at; i++) {
+        trials->at[i] = NAN;
+    }
+    return count;
 }
 
 static void take_row(solve_trials *trials, const solve_measured *set, size_t row)
@@ -235,6 +255,7 @@ ad_status solve_trials_create(const scene *open, int sets, const solve_measured 
     }
     trials->open = *open;
     trials->unknowns = open->unknown_count;
+    trials->every = 1;
     trials->has_quaternion = physics->rotation_columns == QUATERNION;
     trials->first_rotation = physics->position_columns;
     for (int i = 0; i < sets; i++) {
@@ -422,7 +443,8 @@ static ad_status run_members(trial_batch *b, size_t first, size_t trials, double
                              ad_error *error)
 {
     solve_trials *of = b->x;
-    const size_t count = trials * of->experiments, width = (size_t)of->open.parameter_count;
+    const size_t each = solve_trials_counted(of), count = trials * each;
+    const size_t width = (size_t)of->open.parameter_count;
     const size_t shape = of->places * SOLVE_MEMBERS_COLUMNS;
     double *parameters = room, *shapes = parameters + count * width;
     solve_member *results = malloc(count * sizeof *results);
@@ -430,14 +452,14 @@ static ad_status run_members(trial_batch *b, size_t first, size_t trials, double
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu members", count);
     }
     for (size_t i = 0; i < count; i++) {
-        solve_trials_fill(of, b->values + (first + i / of->experiments) * (size_t)of->unknowns,
-                          i % of->experiments, parameters + i * width);
+        solve_trials_fill(of, b->values + (first + i / each) * (size_t)of->unknowns,
+                          i % each * of->every, parameters + i * width);
     }
     ad_status status =
         solve_members_curvature(of->members, count, parameters, shapes,
                                 b->trials == 1 ? of->curvature : NULL, results, error);
     for (size_t i = 0; status == AD_OK && i < count; i++) {
-        const size_t trial = first + i / of->experiments, experiment = i % of->experiments;
+        const size_t trial = first + i / each, experiment = i % each * of->every;
         if (!results[i].solved && of->rough) {
             continue;
         }
@@ -458,8 +480,8 @@ static ad_status run_members(trial_batch *b, size_t first, size_t trials, double
 static ad_status run_all_members(trial_batch *b, size_t count, ad_error *error)
 {
     solve_trials *trials = b->x;
-    const size_t each = trials->experiments * ((size_t)trials->open.parameter_count +
-                                               trials->places * SOLVE_MEMBERS_COLUMNS);
+    const size_t each = solve_trials_counted(trials) * ((size_t)trials->open.parameter_count +
+                                                        trials->places * SOLVE_MEMBERS_COLUMNS);
     size_t most = MEMBERS_BYTES / (each * sizeof(double));
     most = most < 1 ? 1 : most > count ? count : most;
     double *room = malloc(most * each * sizeof *room);
@@ -478,6 +500,16 @@ double *solve_trials_nodes(const solve_trials *trials)
     return trials->nodes;
 }
 
+void solve_trials_clear(const solve_trials *trials, size_t experiment, double *residuals)
+{
+    for (size_t r = trials->first[experiment]; r < trials->first[experiment + 1]; r++) {
+        const size_t count = solve_trials_row_residuals(trials, &trials->row[r]);
+        for (size_t k = 0; k < count; k++) {
+            residuals[trials->row[r].residual + k] = experiment % trials->every == 0 ? NAN : 0;
+        }
+    }
+}
+
 ad_status solve_trials_run(solve_trials *trials, size_t count, const double *values, bool rough,
                            double *residuals, ad_error *error)
 {
@@ -486,8 +518,9 @@ ad_status solve_trials_run(solve_trials *trials, size_t count, const double *val
     if (!batch.job) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu trials", count);
     }
-    for (size_t i = 0; i < count * trials->residuals; i++) {
-        residuals[i] = NAN;
+    for (size_t i = 0; i < count * trials->experiments; i++) {
+        solve_trials_clear(trials, i % trials->experiments,
+                           residuals + i / trials->experiments * trials->residuals);
     }
     trials->reason = (ad_error){.message = ""};
     trials->chooses = trials->nodes && count == 1;
@@ -500,7 +533,9 @@ ad_status solve_trials_run(solve_trials *trials, size_t count, const double *val
         }
     } else {
         for (size_t i = 0; i < count * trials->experiments; i++) {
-            batch.job[batch.count++] = i;
+            if (i % trials->experiments % trials->every == 0) {
+                batch.job[batch.count++] = i;
+            }
         }
     }
     status = status == AD_OK && batch.count > 0 ? solve_trials_jobs(&batch, error) : status;

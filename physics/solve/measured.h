@@ -42,6 +42,11 @@ void solve_trials_free(solve_trials *trials); /* NULL is allowed */
 
 size_t solve_trials_residuals(const solve_trials *trials); /* numbers that were measured */
 size_t solve_trials_experiments(const solve_trials *trials);
+
+/* From then on each `every`-th experiment alone counts, 1: all of them: residuals of others are 0.
+ * Their number without these. */
+size_t solve_trials_thin(solve_trials *trials, size_t every);
+
 double solve_trials_tolerance(const solve_trials *trials); /* of the solutions */
 bool solve_trials_by_members(const solve_trials *trials);
 /* Why the last run left some that are not

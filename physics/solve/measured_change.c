@@ -70,14 +70,14 @@ static ad_status change_members(const change *c, size_t first, size_t count, dou
     const double *curvature = x->curvature + first * 3 * nodes;
     double *shapes = room + count * width, *by = shapes + count * shape;
     for (size_t i = 0; i < count; i++) {
-        solve_trials_fill(x, c->values, first + i, room + i * width);
+        solve_trials_fill(x, c->values, (first + i) * x->every, room + i * width);
     }
     ad_status status =
         solve_members_refine(x->members, count, room, curvature, 0, shapes, NULL, NULL, error);
     status = status == AD_OK ? solve_members_jacobian(x->members, count, room, curvature, by, error)
                              : status;
     for (size_t i = 0; status == AD_OK && i < count; i++) {
-        put_rows(c, first + i, shapes + i * shape, by + i * shape * width);
+        put_rows(c, (first + i) * x->every, shapes + i * shape, by + i * shape * width);
     }
     return status;
 }
@@ -85,16 +85,16 @@ static ad_status change_members(const change *c, size_t first, size_t count, dou
 static ad_status change_all_members(const change *c, ad_error *error)
 {
     const solve_trials *x = c->x;
-    const size_t width = (size_t)x->open.parameter_count;
+    const size_t width = (size_t)x->open.parameter_count, count = solve_trials_counted(x);
     const size_t each = width + x->places * SOLVE_MEMBERS_COLUMNS * (1 + width);
     size_t most = CHANGE_BYTES / (each * sizeof(double));
-    most = most < 1 ? 1 : most > x->experiments ? x->experiments : most;
+    most = most < 1 ? 1 : most > count ? count : most;
     double *room = malloc(most * each * sizeof *room);
     ad_status status =
         room ? AD_OK
              : ad_fail(error, AD_NO_MEMORY, "out of memory for derivatives of %zu members", most);
-    for (size_t first = 0; status == AD_OK && first < x->experiments; first += most) {
-        const size_t left = x->experiments - first;
+    for (size_t first = 0; status == AD_OK && first < count; first += most) {
+        const size_t left = count - first;
         status = change_members(c, first, left < most ? left : most, room, error);
     }
     free(room);
@@ -159,7 +159,7 @@ static ad_status take_differences(const change *c, size_t *solved, ad_error *err
     ad_status status = open && batch.job && values
                            ? AD_OK
                            : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu trials", trials);
-    for (size_t i = 0; status == AD_OK && i < x->experiments; i++) {
+    for (size_t i = 0; status == AD_OK && i < x->experiments; i += x->every) {
         if (!is_changed(c, i)) {
             open[count++] = i;
         }
@@ -171,8 +171,8 @@ static ad_status take_differences(const change *c, size_t *solved, ad_error *err
             batch.job[batch.count++] = k * x->experiments + open[i];
         }
     }
-    for (size_t i = 0; i < trials * x->residuals; i++) {
-        c->room[i] = NAN;
+    for (size_t i = 0; i < trials * x->experiments; i++) {
+        solve_trials_clear(x, i / trials, c->room + i % trials * x->residuals);
     }
     batch.values = values;
     *solved = batch.count;
@@ -195,8 +195,8 @@ ad_status solve_trials_differentiate(solve_trials *trials, const double *values,
     const size_t unknowns = (size_t)trials->unknowns;
     const change c = {trials, values, ends, residuals, room, jacobian};
     ad_status status = AD_OK;
-    for (size_t i = 0; i < unknowns * trials->residuals; i++) {
-        jacobian[i] = NAN;
+    for (size_t i = 0; i < unknowns * trials->experiments; i++) {
+        solve_trials_clear(trials, i / unknowns, jacobian + i % unknowns * trials->residuals);
     }
     if (trials->members && memcmp(trials->at, values, unknowns * sizeof *values) != 0) {
         status = solve_trials_run(trials, 1, values, false, room, error);

@@ -23,12 +23,12 @@ struct solve_trials {
     int first_rotation, columns; /* of the model: so many are needed */
     double tolerance;
     ad_pool *pool;
-    size_t rows, residuals, experiments;
+    size_t rows, residuals, experiments, every; /* of the experiments each so many-th counts */
     measured_row *row;
     double *known;          /* [rows][parameter_count] */
     size_t *first;          /* [experiments + 1] rows */
-    double *at, *curvature; /* [unknowns] of the last single trial by members, and its curvature
-                             * [experiments][3 nodes]; NaN: none */
+    double *at, *curvature; /* [unknowns] of the last single trial by members, and its curvature,
+                             * of those that count [][3 nodes]; NaN: none */
     double *nodes; /* [experiments] of motions, kept so that solutions change smoothly; 0: open */
     bool chooses;  /* these, where one trial is run */
     bool rough;    /* the run at hand */
@@ -47,6 +47,9 @@ typedef struct trial_batch {
     ad_error *error;   /* [count] */
 } trial_batch;
 
+/* How many experiments count. */
+size_t solve_trials_counted(const solve_trials *trials);
+
 /* parameters [parameter_count] of an experiment at trial values. */
 void solve_trials_fill(const solve_trials *trials, const double *values, size_t experiment,
                        double *parameters);
@@ -56,6 +59,9 @@ void solve_trials_fill(const solve_trials *trials, const double *values, size_t 
 void solve_trials_compare(const solve_trials *trials, const measured_row *of,
                           const double *computed, size_t stride, double *residuals);
 size_t solve_trials_row_residuals(const solve_trials *trials, const measured_row *of);
+
+/* Residuals of an experiment become no numbers, 0 where it does not count. */
+void solve_trials_clear(const solve_trials *trials, size_t experiment, double *residuals);
 
 /* Solves the jobs one by one; where there is no solution, residuals stay as they are: not numbers.
  */

@@ -9,12 +9,19 @@
 
 enum { MAX = SCENE_PARAMETERS_MAX, STEPS_MAX = 60, STARTS = 32, DESCENTS = 6 };
 
+/* Of more experiments than this, and than so many for each unknown, some are enough to say where
+ * minima are: the search begins with these, and each minimum is settled with all. */
+enum { FEW = 64, FEW_EACH = 8 };
+
 /* Starts and bounds keep so far from the ends of a range, as part of it. */
 static const double EDGE = 1e-2;
 
 /* The search ends where a step of Gauss-Newton would lower chi squared by less: by 1e-2 standard
- * deviations; and where no step lowers it, by errors of the solutions, by 1e-1. */
-static const double SETTLED = 1e-4, STUCK = 1e-2;
+ * deviations; and where no step lowers it, by errors of the solutions, by 1e-1. So it does where
+ * more than KINKED steps were made and the last lowered it as little: at each pose in which a
+ * tendon becomes slack its derivative jumps. With some experiments half a deviation will do. */
+enum { KINKED = 10 };
+static const double SETTLED = 1e-4, STUCK = 1e-2, ROUGHLY = 0.25;
 
 /* Another end of the search is as good where its chi squared is larger by no more than this, and
  * another where it is so many standard deviations away. Residuals of so small a part of what is
@@ -30,14 +37,17 @@ typedef struct descent {
  * minima in the limit of many points (Rinnooy Kan & Timmer, Mathematical Programming 39 (1987) 57).
  * All that a checkpoint keeps beside residuals: nothing but doubles. */
 typedef struct starts {
+    double every; /* of the experiments each so many-th counts; 1 in the end */
     double count, ends;
     double z[STARTS][MAX], chi_squared[STARTS]; /* INFINITY: no solution, or not to be tried */
     double tried[STARTS];
-    descent end[DESCENTS];
-    double from[MAX]; /* parts of the ranges where the descent at work begins */
-    double y[MAX];    /* where r was computed; NaN: nowhere */
-    double easy;      /* members were solved where this descent began: steps to where they are not,
-                       * which single solutions might reach after minutes, are too long */
+    descent end[DESCENTS]; /* with those that count */
+    double few_ends, settled;
+    descent few[DESCENTS]; /* ends with some; `settled` of them are looked at with all */
+    double from[MAX];      /* parts of the ranges where the descent at work begins */
+    double y[MAX];         /* where r was computed; NaN: nowhere */
+    double easy; /* members were solved where this descent began: steps to where they are not,
+                  * which single solutions might reach after minutes, are too long */
     double solutions;
 } starts;
 
@@ -48,7 +58,7 @@ typedef struct search {
     bool noise_is_scaled;
     solve_trials *trials;
     int count;
-    size_t n;          /* residuals */
+    size_t n, counted; /* residuals; those that are not 0 because others count */
     double exact;      /* chi squared below which residuals mean nothing */
     double difference; /* of z, to both sides, where derivatives are not known */
     double *room;      /* [2 count][n] residuals of trials */
@@ -85,7 +95,8 @@ static ad_status run(search *search, bool rough, size_t trials, const double *z,
     for (size_t k = 0; k < trials; k++) {
         values_of(search, z + k * (size_t)search->count, values + k * (size_t)search->count);
     }
-    search->all.solutions += (double)(trials * solve_trials_experiments(search->trials));
+    search->all.solutions +=
+        (double)(trials * solve_trials_experiments(search->trials)) / search->all.every;
     return solve_trials_run(search->trials, trials, values, rough, residuals, error);
 }
 
@@ -206,7 +217,9 @@ static double promised(search *search, double variance)
 /* What counts as little of chi squared: a number's share of it where the noise is not known. */
 static double variance_of(const search *search, double chi_squared)
 {
-    return !search->noise_is_scaled ? 1 : chi_squared / fmax(1, (double)search->n - search->count);
+    return !search->noise_is_scaled
+               ? 1
+               : chi_squared / fmax(1, (double)search->counted - search->count);
 }
 
 static ad_status stopped(const search *search, ad_error *error)
@@ -214,10 +227,22 @@ static ad_status stopped(const search *search, ad_error *error)
     return ad_fail(error, search->error.status, "%s", search->error.message);
 }
 
-/* How many descents there are at most. */
+/* How many descents there are at most, of those with so many experiments; and of all. */
 static int most_of(const starts *all)
 {
-    return all->count == STARTS / 2.0 ? DESCENTS / 2 : DESCENTS;
+    return all->few_ends > 0            ? (int)all->few_ends
+           : all->count == STARTS / 2.0 ? DESCENTS / 2
+                                        : DESCENTS;
+}
+
+static int windows_of(const starts *all)
+{
+    return (int)all->few_ends + most_of(all) + (all->every > 1 ? DESCENTS : 0);
+}
+
+static descent *end_at_work(search *search)
+{
+    return &search->all.end[search->ls.fit.at.window - (int)search->all.few_ends];
 }
 
 /* From parts of the ranges on. AD_OK also where there is no solution: chi_squared is then infinite.
@@ -228,9 +253,10 @@ static ad_status begin(void *context, double *y, ad_error *error)
     starts *all = &search->all;
     double first;
     (void)error;
-    search->ls.fit.windows = most_of(all);
-    all->ends = search->ls.fit.at.window + 1;
-    all->end[search->ls.fit.at.window] = (descent){.chi_squared = INFINITY};
+    search->ls.fit.windows = windows_of(all);
+    search->counted = solve_trials_thin(search->trials, (size_t)all->every);
+    *end_at_work(search) = (descent){.chi_squared = INFINITY};
+    all->ends = search->ls.fit.at.window + 1 - all->few_ends;
     for (int i = 0; i < search->count; i++) {
         y[i] = logit(fmin(1 - EDGE, fmax(EDGE, all->from[i])));
     }
@@ -245,7 +271,7 @@ static ad_status begin(void *context, double *y, ad_error *error)
 static ad_status judge(void *context, optim_status status, ad_error *error)
 {
     search *search = context;
-    descent *at = &search->all.end[search->ls.fit.at.window];
+    descent *at = end_at_work(search);
     if (status == OPTIM_STOPPED_BY_OBJECTIVE) {
         return stopped(search, error);
     }
@@ -253,9 +279,12 @@ static ad_status judge(void *context, optim_status status, ad_error *error)
     const double chi_squared = optim_inspect(by).value;
     const double variance = variance_of(search, chi_squared);
     at->steps++;
-    at->converged =
-        status == OPTIM_FUNCTION_TOLERANCE || status == OPTIM_GRADIENT_TOLERANCE ||
-        promised(search, variance) < variance * (status == OPTIM_RUNNING ? SETTLED : STUCK);
+    const bool stuck = status != OPTIM_RUNNING ||
+                       (at->steps > KINKED && at->chi_squared - chi_squared < variance * STUCK);
+    at->converged = status == OPTIM_FUNCTION_TOLERANCE || status == OPTIM_GRADIENT_TOLERANCE ||
+                    promised(search, variance) < variance * (search->all.every > 1 ? ROUGHLY
+                                                             : stuck               ? STUCK
+                                                                                   : SETTLED);
     at->chi_squared = isfinite(chi_squared) ? chi_squared : INFINITY;
     for (int i = 0; i < search->count; i++) {
         at->z[i] = part_of(optim_x(by)[i]);
@@ -266,7 +295,7 @@ static ad_status judge(void *context, optim_status status, ad_error *error)
 
 static bool is_explained(const search *search, const descent *found)
 {
-    const double freedom = (double)search->n - search->count;
+    const double freedom = (double)search->counted - search->count;
     return found->converged != 0 &&
            (search->noise_is_scaled || freedom <= 0 ||
             identified_off(found->chi_squared, freedom) < IDENTIFIED_EXPLAINED);
@@ -333,6 +362,47 @@ static int next_start(const search *search, const starts *all)
     return next;
 }
 
+static void best_first(int count, descent *end)
+{
+    for (int i = 1; i < count; i++) {
+        if (end[i].chi_squared < end[0].chi_squared) {
+            const descent better = end[i];
+            end[i] = end[0];
+            end[0] = better;
+        }
+    }
+}
+
+/* From an end with some experiments that is not near one before and about as good as the best. */
+static bool settle_next(const search *search, starts *all)
+{
+    const descent *few = all->few;
+    const double limit = few->chi_squared + AS_GOOD * variance_of(search, few->chi_squared);
+    for (int i = (int)all->settled; i < all->few_ends; i++) {
+        bool other = i == 0 ? isfinite(few->chi_squared)
+                            : few[i].converged != 0 && few[i].chi_squared <= limit;
+        for (int k = 0; k < i && other; k++) {
+            other = distance(search->count, few[i].z, few[k].z) > EDGE;
+        }
+        if (other) {
+            all->settled = i + 1;
+            memcpy(all->from, few[i].z, sizeof all->from);
+            return true;
+        }
+    }
+    return false;
+}
+
+/* With all experiments from then on. */
+static void count_all(starts *all)
+{
+    all->few_ends = all->ends;
+    memcpy(all->few, all->end, sizeof all->few);
+    best_first((int)all->few_ends, all->few);
+    all->ends = 0;
+    all->every = 1;
+}
+
 /* From elsewhere, though the first end may explain the measurements: others may do so as well.
  * Where solutions are dear there are fewer starts then. */
 static ad_status start_elsewhere(void *context, ad_error *error)
@@ -341,38 +411,32 @@ static ad_status start_elsewhere(void *context, ad_error *error)
     starts *all = &search->all;
     fit *f = &search->ls.fit;
     ad_status status = AD_OK;
-    if (all->ends == 1) {
+    if (all->few_ends == 0 && all->ends == 1) {
         const bool few =
             is_explained(search, &all->end[0]) && !solve_trials_by_members(search->trials);
         all->count = few ? STARTS / 2.0 : STARTS;
         status = try_starts(search, all, error);
     }
-    const int next = status == AD_OK && all->ends < most_of(all) ? next_start(search, all) : -1;
-    if (next < 0) {
-        f->state = FIT_OVER;
-        return status;
+    const bool more = status == AD_OK && all->few_ends == 0 && all->ends < most_of(all);
+    const int next = more ? next_start(search, all) : -1;
+    if (next >= 0) {
+        all->tried[next] = 1;
+        memcpy(all->from, all->z[next], sizeof all->from);
+        return AD_OK;
     }
-    all->tried[next] = 1;
-    memcpy(all->from, all->z[next], sizeof all->from);
-    return AD_OK;
-}
-
-static void best_first(starts *all)
-{
-    for (int i = 1; i < all->ends; i++) {
-        if (all->end[i].chi_squared < all->end[0].chi_squared) {
-            const descent better = all->end[i];
-            all->end[i] = all->end[0];
-            all->end[0] = better;
-        }
+    if (status == AD_OK && all->every > 1) {
+        count_all(all);
     }
+    f->state =
+        status == AD_OK && all->few_ends > 0 && settle_next(search, all) ? f->state : FIT_OVER;
+    return status;
 }
 
 static int state_of(void *context, optim_array *arrays)
 {
     search *search = context;
     double *nodes = solve_trials_nodes(search->trials);
-    arrays[0] = (optim_array){"search", &search->all.count, sizeof search->all / sizeof(double)};
+    arrays[0] = (optim_array){"search", &search->all.every, sizeof search->all / sizeof(double)};
     arrays[1] = (optim_array){"residuals", search->r, search->n};
     arrays[2] = (optim_array){"nodes", nodes, solve_trials_experiments(search->trials)};
     return nodes ? 3 : 2;
@@ -488,8 +552,9 @@ static ad_status conclude(search *search, identified *result, ad_error *error)
         search->noise_is_scaled && freedom > 0 ? sqrt(result->chi_squared / freedom) : 1;
     list_others(search, all, result->noise_factor * result->noise_factor, result);
     identified_inform(result, search->open, search->ls.jtj);
-    for (int i = 0; i < all->ends; i++) {
-        result->steps += (int)all->end[i].steps;
+    for (int i = 0; i < DESCENTS; i++) {
+        result->steps += (int)(i < all->ends ? all->end[i].steps : 0);
+        result->steps += (int)(i < all->few_ends ? all->few[i].steps : 0);
     }
     result->converged = found->converged != 0;
     return check_deviations(search, z, result, error);
@@ -510,6 +575,9 @@ static ad_status prepare(search *search, int sets, const solve_measured *measure
     result->count = search->count;
     result->residuals = search->n = solve_trials_residuals(search->trials);
     result->experiments = solve_trials_experiments(search->trials);
+    const size_t enough = (size_t)(search->count * FEW_EACH > FEW ? search->count * FEW_EACH : FEW);
+    search->all.every = (double)(result->experiments > enough ? result->experiments / enough : 1);
+    search->counted = search->n;
     result->by_members = solve_trials_by_members(search->trials);
     result->scaled = search->noise_is_scaled;
     ad_status status = identify_check(search->count, search->n, search->noise_is_scaled, error);
@@ -544,7 +612,7 @@ static ad_status prepare(search *search, int sets, const solve_measured *measure
                                  .name = "unknowns",
                                  .digest = digest,
                                  .every = 1,
-                                 .descents = DESCENTS,
+                                 .descents = 2 * DESCENTS,
                                  .steps = STEPS_MAX};
     return search->room && search->r && search->j
                ? least_squares_create(&search->ls, error)
@@ -562,7 +630,7 @@ static void search_free(search *search)
 
 static ad_status finish(search *search, identified *result, ad_error *error)
 {
-    best_first(&search->all);
+    best_first((int)search->all.ends, search->all.end);
     if (!isfinite(search->all.end[0].chi_squared)) {
         const char *reason = solve_trials_reason(search->trials);
         return ad_fail(error, AD_BAD_INPUT,
