@@ -13,6 +13,8 @@ void solve_trials_free(solve_trials *trials)
 {
     if (trials) {
         solve_members_free(trials->members);
+        solve_trials_forget(trials);
+        free(trials->place);
         ad_pool_free(trials->pool);
         free(trials->row);
         free(trials->known);
@@ -68,6 +70,10 @@ size_t solve_measured_missing(const solve_measured *set)
 static int compare_rows(const void *left, const void *right)
 {
     const measured_row *a = left, *b = right;
+    const int of_a = a->inputs ? a->inputs->number : 0, of_b = b->inputs ? b->inputs->number : 0;
+    if (of_a != of_b) {
+        return of_a < of_b ? -1 : 1;
+    }
     for (int i = 0; i < a->known_count; i++) {
         if (a->known[i] != b->known[i]) {
             return a->known[i] < b->known[i] ? -1 : 1;
@@ -118,14 +124,19 @@ static void take_row(solve_trials *trials, const solve_measured *set, size_t row
 {
     const size_t count = (size_t)trials->open.parameter_count;
     double *known = trials->known + trials->rows * count;
+    const solve_inputs *inputs = set->inputs ? set->inputs[row] : NULL;
     for (size_t i = 0; i < count; i++) {
-        known[i] = i >= (size_t)scene_known_count(&trials->open) ? 0 : set->known[row * count + i];
+        const bool varies = inputs && (inputs->which >> i & 1);
+        known[i] = varies || i >= (size_t)scene_known_count(&trials->open)
+                       ? 0
+                       : set->known[row * count + i];
     }
     trials->row[trials->rows++] =
         (measured_row){.set = set,
                        .row = row,
                        .known = known,
                        .known_count = (int)count,
+                       .inputs = inputs,
                        .t = scene_is_dynamic(&trials->open) ? set->t[row] : 0,
                        .residual = trials->residuals};
     trials->residuals += residuals_of(trials, set, row);
@@ -154,7 +165,8 @@ static ad_status take_rows(solve_trials *trials, int sets, const solve_measured 
     qsort(trials->row, rows, sizeof *trials->row, compare_rows);
     for (size_t i = 0; i < rows; i++) {
         const size_t bytes = (size_t)trials->open.parameter_count * sizeof *trials->known;
-        if (i == 0 || memcmp(trials->row[i].known, trials->row[i - 1].known, bytes) != 0) {
+        if (i == 0 || trials->row[i].inputs != trials->row[i - 1].inputs ||
+            memcmp(trials->row[i].known, trials->row[i - 1].known, bytes) != 0) {
             trials->first[trials->experiments++] = i;
         }
     }
@@ -190,10 +202,10 @@ static ad_status keep_curvature(solve_trials *trials, ad_error *error)
                : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu members", trials->experiments);
 }
 
-/* Members at all places where something was measured. */
-static ad_status create_members(solve_trials *trials, int threads, ad_error *error)
+/* Places where something was measured, and which of them each row has. */
+static ad_status find_places(solve_trials *trials, ad_error *error)
 {
-    double *s = malloc((trials->rows + 1) * sizeof *s);
+    double *s = trials->place = malloc((trials->rows + 1) * sizeof *s);
     if (!s) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu measured rows", trials->rows);
     }
@@ -211,12 +223,18 @@ static ad_status create_members(solve_trials *trials, int threads, ad_error *err
                                       sizeof *s, sort_compare);
         trials->row[i].place = (size_t)(place - s);
     }
-    const solve_members_settings settings = {
-        .tolerance = trials->tolerance, .threads = threads, .points = trials->places, .s = s};
-    ad_status status = solve_members_create(&trials->open, &settings, &trials->members, error);
-    free(s);
-    /* what members do not take is solved one by one, which says what is wrong with it, if anything
-     */
+    return AD_OK;
+}
+
+/* What members do not take is solved one by one, which says what is wrong with it, if anything. */
+static ad_status create_members(solve_trials *trials, int threads, ad_error *error)
+{
+    const solve_members_settings settings = {.tolerance = trials->tolerance,
+                                             .threads = threads,
+                                             .points = trials->places,
+                                             .s = trials->place};
+    const ad_status status =
+        solve_members_create(&trials->open, &settings, &trials->members, error);
     return status == AD_NO_MEMORY ? status
            : trials->members      ? keep_curvature(trials, error)
                                   : AD_OK;
@@ -271,6 +289,8 @@ ad_status solve_trials_create(const scene *open, int sets, const solve_measured 
         trials->nodes = calloc(trials->experiments, sizeof *trials->nodes);
         status = trials->nodes ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for nodes");
     }
+    status = status == AD_OK ? find_places(trials, error) : status;
+    status = status == AD_OK ? solve_trials_record(trials, 0, error) : status;
     if (status == AD_OK && !scene_is_beam(open) && trials->columns <= SOLVE_MEMBERS_COLUMNS) {
         status = create_members(trials, threads, error);
     }
@@ -357,15 +377,19 @@ static const double STEPS_OF_TIME = 1e-2;
 
 enum { ROUGH_NODES = 24 };
 
-static ad_status solve_one(const solve_trials *trials, size_t experiment, const double *values,
-                           double *residuals, ad_error *error)
+static ad_status solve_one(solve_trials *trials, size_t experiment, int thread,
+                           const double *values, double *residuals, ad_error *error)
 {
     const size_t first = trials->first[experiment], rows = trials->first[experiment + 1] - first;
-    double parameters[SCENE_PARAMETERS_MAX], *times = malloc(rows * sizeof *times);
+    double parameters[SCENE_PARAMETERS_MAX];
     scene member;
     solution *solved = NULL;
     solve_report report;
     solve_trials_fill(trials, values, experiment, parameters);
+    if (trials->row[first].inputs) {
+        return solve_trials_follow(trials, experiment, thread, parameters, residuals, error);
+    }
+    double *times = malloc(rows * sizeof *times);
     scene_member(&trials->open, parameters, &member);
     for (size_t i = 0; times && i < rows; i++) {
         times[i] = trials->row[first + i].t;
@@ -409,9 +433,9 @@ static void run_job(void *context, int item, int thread)
     solve_trials *trials = b->x;
     const size_t trial = b->job[item] / trials->experiments,
                  experiment = b->job[item] % trials->experiments;
-    (void)thread;
-    b->status[item] = solve_one(trials, experiment, b->values + trial * (size_t)trials->unknowns,
-                                b->residuals + trial * trials->residuals, &b->error[item]);
+    b->status[item] =
+        solve_one(trials, experiment, thread, b->values + trial * (size_t)trials->unknowns,
+                  b->residuals + trial * trials->residuals, &b->error[item]);
 }
 
 ad_status solve_trials_jobs(trial_batch *b, ad_error *error)

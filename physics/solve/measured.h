@@ -5,11 +5,13 @@
  * of the measurements. Rows with the same known values are one experiment: one member of the
  * family, solved once. Rods at rest that physics/chain/solve_members.h takes are solved by it, all
  * experiments at all trial values in one batch; others, and what needs forces and moments, by
- * solution_create, over threads. */
+ * solution_create, over threads. Rows with the same inputs over time are one motion, which
+ * recording.h follows. */
 #ifndef PHYSICS_SOLVE_MEASURED_H
 #define PHYSICS_SOLVE_MEASURED_H
 
 #include "physics/learn/model.h"
+#include "physics/solve/recording.h"
 #include "physics/solve/solve.h"
 
 /* Rows of measured numbers, in SI; borrowed. Of a rotation in space all four numbers are there or
@@ -21,9 +23,10 @@ typedef struct solve_measured {
     const double *t;     /* [rows] s; at rest not looked at */
     const double *known; /* [rows][parameter_count of the scene]; of unknowns not looked at */
     int columns;
-    int column[MODEL_COLUMNS_MAX];   /* [columns] of the scene's model, ascending */
-    double noise[MODEL_COLUMNS_MAX]; /* [columns] standard deviation, > 0, in the column's unit */
-    const double *values;            /* [columns][rows]; NaN: missing, and does not count */
+    int column[MODEL_COLUMNS_MAX];     /* [columns] of the scene's model, ascending */
+    double noise[MODEL_COLUMNS_MAX];   /* [columns] standard deviation, > 0, in the column's unit */
+    const double *values;              /* [columns][rows]; NaN: missing, and does not count */
+    const solve_inputs *const *inputs; /* [rows] over time, NULL: none of a row; NULL: of none */
 } solve_measured;
 
 size_t solve_measured_missing(const solve_measured *set); /* numbers that are */
@@ -73,5 +76,11 @@ ad_status solve_trials_run(solve_trials *trials, size_t count, const double *val
 ad_status solve_trials_differentiate(solve_trials *trials, const double *values, const double *ends,
                                      const double *residuals, double *room, double *jacobian,
                                      size_t *solved, ad_error *error);
+
+/* Of motions with inputs over time: by how much residuals change, rms, where the reduced rod has
+ * two modes more of each that it has; 0: there are none of these. Later runs have them, too. NaN:
+ * no solution with them. */
+ad_status solve_trials_reduction(solve_trials *trials, const double *values, double *rms,
+                                 ad_error *error);
 
 #endif

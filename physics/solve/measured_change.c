@@ -101,6 +101,64 @@ static ad_status change_all_members(const change *c, ad_error *error)
     return status;
 }
 
+/* ---- by recordings ------------------------------------------------------------------------- */
+
+typedef struct change_jobs {
+    const change *c;
+    ad_status *status; /* [experiments] */
+    ad_error *error;
+} change_jobs;
+
+static void take_change(void *context, const measured_row *row, const double *columns,
+                        const double *change_of, size_t width, size_t stride)
+{
+    const change *c = context;
+    const int known = scene_known_count(&c->x->open);
+    double now[SOLVE_MEMBERS_COLUMNS];
+    for (size_t i = 0; i < SOLVE_MEMBERS_COLUMNS; i++) {
+        now[i] = columns[i * stride];
+    }
+    for (size_t i = 0; i < (size_t)c->x->unknowns; i++) {
+        const double range =
+            scene_parameter_slope(&c->x->open.parameters[known + (int)i], c->values[i]);
+        compare_change(c, row, now, change_of + i * width, stride, range,
+                       c->jacobian + i * c->x->residuals + row->residual);
+    }
+}
+
+static void change_recording(void *context, int item, int thread)
+{
+    const change_jobs *jobs = context;
+    solve_trials *x = jobs->c->x;
+    double parameters[SCENE_PARAMETERS_MAX];
+    if (x->row[x->first[item]].inputs && (size_t)item % x->every == 0) {
+        solve_trials_fill(x, jobs->c->values, (size_t)item, parameters);
+        jobs->status[item] = solve_trials_follow_change(
+            x, (size_t)item, thread, parameters, take_change, (void *)jobs->c, &jobs->error[item]);
+    }
+}
+
+/* Where there is no answer nothing is changed, and differences are tried. */
+static ad_status change_recordings(const change *c, ad_error *error)
+{
+    const size_t count = c->x->experiments;
+    change_jobs jobs = {c, calloc(count, sizeof(ad_status)), calloc(count, sizeof(ad_error))};
+    ad_status status = jobs.status && jobs.error
+                           ? AD_OK
+                           : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu motions", count);
+    if (status == AD_OK) {
+        ad_pool_run(c->x->pool, (int)count, change_recording, &jobs);
+    }
+    for (size_t i = 0; i < count && status == AD_OK; i++) {
+        status = jobs.status[i] == AD_NO_MEMORY
+                     ? ad_fail(error, AD_NO_MEMORY, "%s", jobs.error[i].message)
+                     : AD_OK;
+    }
+    free(jobs.status);
+    free(jobs.error);
+    return status;
+}
+
 /* ---- by solutions beside ------------------------------------------------------------------- */
 
 static bool is_finite(const change *c, size_t experiment, const double *numbers)
@@ -203,5 +261,8 @@ ad_status solve_trials_differentiate(solve_trials *trials, const double *values,
     }
     trials->chooses = trials->rough = false;
     status = status == AD_OK && trials->members ? change_all_members(&c, error) : status;
+    if (status == AD_OK && trials->recordings && trials->columns <= SOLVE_MEMBERS_COLUMNS) {
+        status = change_recordings(&c, error);
+    }
     return status == AD_OK ? take_differences(&c, solved, error) : status;
 }

@@ -11,6 +11,7 @@ typedef struct measured_row {
     size_t row;
     const double *known; /* [parameter_count], 0 for unknowns */
     int known_count;
+    const solve_inputs *inputs; /* over time; NULL: none */
     double t;
     size_t residual; /* where its residuals begin */
     size_t place;    /* which of the places of members */
@@ -32,8 +33,10 @@ struct solve_trials {
     double *nodes; /* [experiments] of motions, kept so that solutions change smoothly; 0: open */
     bool chooses;  /* these, where one trial is run */
     bool rough;    /* the run at hand */
-    solve_members *members; /* NULL: one by one */
+    solve_members *members;       /* NULL: one by one */
+    solve_recording **recordings; /* [threads of the pool]; NULL: there are none */
     size_t places;
+    double *place;   /* [places] s, ascending, m */
     ad_error reason; /* why there was no solution, of the last run */
 };
 
@@ -62,6 +65,22 @@ size_t solve_trials_row_residuals(const solve_trials *trials, const measured_row
 
 /* Residuals of an experiment become no numbers, 0 where it does not count. */
 void solve_trials_clear(const solve_trials *trials, size_t experiment, double *residuals);
+
+/* Of motions with inputs over time, which come last: rods with so many modes more than they are
+ * asked for, in place of those there are; and residuals of one of them, by a thread of the pool. */
+ad_status solve_trials_record(solve_trials *trials, int more, ad_error *error);
+void solve_trials_forget(solve_trials *trials);
+ad_status solve_trials_follow(solve_trials *trials, size_t experiment, int thread,
+                              const double *parameters, double *residuals, ad_error *error);
+
+/* Called for each row of an experiment with inputs: its columns, and how they change by each of the
+ * unknowns, `change` [unknowns], `width` numbers apart; each column `stride` numbers after the one
+ * before. */
+typedef void solve_trials_taker(void *context, const measured_row *row, const double *columns,
+                                const double *change, size_t width, size_t stride);
+ad_status solve_trials_follow_change(solve_trials *trials, size_t experiment, int thread,
+                                     const double *parameters, solve_trials_taker *take,
+                                     void *context, ad_error *error);
 
 /* Solves the jobs one by one; where there is no solution, residuals stay as they are: not numbers.
  */

@@ -201,8 +201,9 @@ static ad_status create_looks(control_loop *loop, ad_error *error)
 
 /* ---- filter and controllers ---------------------------------------------------------------- */
 
-static void fill_filter(control_loop *loop)
+static ad_status fill_filter(control_loop *loop, ad_error *error)
 {
+    (void)error;
     const control_settings *c = &loop->control;
     const scene *nominal = loop->of.nominal;
     const size_t n = (size_t)loop->states;
@@ -222,6 +223,7 @@ static void fill_filter(control_loop *loop)
                                                     .sensor = loop->sensor,
                                                     .deviation = loop->numbers + n,
                                                     .process = loop->numbers + 2 * n};
+    return AD_OK;
 }
 
 /* One in the unit of what is seen, as large as control->accuracy of the place. */
@@ -287,7 +289,6 @@ static ad_status create_regulator(control_loop *loop, ad_error *error)
 {
     int which[CONTROL_INPUTS_MAX];
     double *by = loop->numbers + 4 * (size_t)loop->states;
-    fill_filter(loop);
     fill_controller(loop);
     loop->settings.turns = loop->ratio;
     loop->settings.delay = loop->control.delay;
@@ -391,10 +392,13 @@ static ad_status rest(control_loop *loop, ad_error *error)
     equilibria_middle(loop->rest, loop->middle);
     ad_status status = equilibria_settle(loop->rest, loop->middle, loop->numbers, error);
     status = status == AD_OK ? linearise(loop, error) : status;
-    status = status == AD_OK ? fill_numbers(loop, error) : status;
-    return status == AD_OK ? equilibria_place_task(loop->rest, &loop->control.task, &loop->reach,
-                                                   &loop->reach_worst, error)
-                           : status;
+    return status == AD_OK ? fill_numbers(loop, error) : status;
+}
+
+static ad_status place_task(control_loop *loop, ad_error *error)
+{
+    return equilibria_place_task(loop->rest, &loop->control.task, &loop->reach, &loop->reach_worst,
+                                 error);
 }
 
 /* Where the robot starts, and the path from there. */
@@ -420,10 +424,11 @@ static ad_status lay_path(control_loop *loop, ad_error *error)
     return status == AD_OK ? plant_divide(loop->robot, c->duration, error) : status;
 }
 
-ad_status loop_create(const loop_setup *setup, control_loop **result, ad_error *error)
+typedef ad_status loop_part(control_loop *loop, ad_error *error);
+
+static ad_status create(const loop_setup *setup, size_t count, loop_part *const *parts,
+                        control_loop **result, ad_error *error)
 {
-    static ad_status (*const parts[])(control_loop * loop, ad_error * error) = {
-        begin, create_models, rest, create_looks, create_regulator};
     control_loop *loop = calloc(1, sizeof *loop);
     *result = NULL;
     if (!loop) {
@@ -434,20 +439,35 @@ ad_status loop_create(const loop_setup *setup, control_loop **result, ad_error *
     loop->step = setup->model->step;
     loop->period = loop->control.period;
     ad_status status = AD_OK;
-    for (size_t i = 0; i < sizeof parts / sizeof *parts && status == AD_OK; i++) {
+    for (size_t i = 0; i < count && status == AD_OK; i++) {
         status = parts[i](loop, error);
     }
-    status = status == AD_OK ? plant_create(setup->plant, setup->nominal, &loop->control,
-                                            setup->around, &loop->robot, error)
-                             : status;
-    status = status == AD_OK ? lay_path(loop, error) : status;
-    status = status == AD_OK ? create_record(loop, error) : status;
     if (status != AD_OK) {
         loop_free(loop);
         return status;
     }
     *result = loop;
     return AD_OK;
+}
+
+static ad_status create_plant(control_loop *loop, ad_error *error)
+{
+    return plant_create(loop->of.plant, loop->of.nominal, &loop->control, loop->of.around,
+                        &loop->robot, error);
+}
+
+ad_status loop_create(const loop_setup *setup, control_loop **result, ad_error *error)
+{
+    static loop_part *const parts[] = {
+        begin,       create_models,    rest,         place_task, create_looks,
+        fill_filter, create_regulator, create_plant, lay_path,   create_record};
+    return create(setup, sizeof parts / sizeof *parts, parts, result, error);
+}
+
+ad_status loop_create_filter(const loop_setup *setup, control_loop **result, ad_error *error)
+{
+    static loop_part *const parts[] = {begin, create_models, rest, create_looks, fill_filter};
+    return create(setup, sizeof parts / sizeof *parts, parts, result, error);
 }
 
 void loop_free(control_loop *loop)

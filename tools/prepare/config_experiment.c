@@ -100,8 +100,9 @@ static ad_status check_unknowns(const config *settings, ad_error *error)
                                error);
 }
 
-ad_status config_identify(const config *settings, int threads, const least_squares_runner *runner,
-                          identified *found, judged *fit, ad_error *error)
+ad_status config_identify(const config *settings, int threads, const int *modes,
+                          const least_squares_runner *runner, identified *found, judged *fit,
+                          ad_error *error)
 {
     const scene *open = &settings->scene;
     measurements *data = NULL;
@@ -117,6 +118,9 @@ ad_status config_identify(const config *settings, int threads, const least_squar
                                          .noise_is_scaled = !measurements_tell_noise(data),
                                          .runner = runner};
         snprintf(key, sizeof key, "data");
+        if (modes) {
+            measurements_set_modes(data, modes);
+        }
         status = identify(open, measurements_count(data), measurements_sets(data), &asked, found,
                           &reason);
         found->missing = measurements_missing(data);

@@ -22,10 +22,13 @@ ad_status config_experiment_open(const char *path, int count, const char *const 
                                  int threads, experiment **result, checkpoint **file,
                                  ad_error *error);
 
-/* The unknowns of a scene from its data. threads: 0 means one per processor. AD_BAD_INPUT: there
- * are none, or no data; errors of identify, with the place of the key that is to blame. fit (may be
- * NULL): how far the scene is from each file with them, where the search has ended. */
-ad_status config_identify(const config *settings, int threads, const least_squares_runner *runner,
-                          identified *found, judged *fit, ad_error *error);
+/* The unknowns of a scene from its data. threads: 0 means one per processor. modes [4]: of the
+ * reduced rod by which recordings with inputs over time are followed, as reduced_settings has them;
+ * NULL: the usual. AD_BAD_INPUT: there are none, or no data; errors of identify, with the place of
+ * the key that is to blame. fit (may be NULL): how far the scene is from each file with them, where
+ * the search has ended. */
+ad_status config_identify(const config *settings, int threads, const int *modes,
+                          const least_squares_runner *runner, identified *found, judged *fit,
+                          ad_error *error);
 
 #endif

@@ -88,7 +88,8 @@ static bool is_stepped(const config *config)
  * one in the middle of the ranges. */
 static ad_status check_start(const config *config, ad_error *error)
 {
-    const bool steps = surrogate_is_given(&config->surrogate) || is_stepped(config);
+    const bool steps = surrogate_is_given(&config->surrogate) || is_stepped(config) ||
+                       config->scene.unknown_count > 0;
     return config->scene.initial.state != SCENE_EQUILIBRIUM || !scene_is_family(&config->scene) ||
                    steps
                ? AD_OK
@@ -278,5 +279,6 @@ ad_status prepare_read_robot(const char *path, int count, const char *const *ove
     if (status == AD_OK && !config_controls(*nominal)) {
         status = choose_control(*nominal, error);
     }
-    return status == AD_OK ? read_plant(path, count, overrides, *nominal, plant, error) : status;
+    return status == AD_OK && plant ? read_plant(path, count, overrides, *nominal, plant, error)
+                                    : status;
 }

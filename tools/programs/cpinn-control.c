@@ -7,6 +7,7 @@
 #include "tools/programs/cli.h"
 #include "tools/programs/conclude.h"
 #include "tools/programs/control_judge.h"
+#include "tools/programs/control_replay.h"
 #include "tools/programs/control_run.h"
 #include "tools/programs/help.h"
 #include "tools/programs/scene_line.h"
@@ -23,7 +24,8 @@ typedef struct options {
     const char *config, *out, *shapes, *run, *inner, *json, *c;
     cli_list overrides;
     int seed;
-    bool compare, quiet, force;
+    double ahead;
+    bool compare, quiet, force, replay;
 } options;
 
 enum { ROWS_MAX = 6 };
@@ -41,6 +43,7 @@ typedef struct controlling {
     char model_text[400];
     int count;
     control_row rows[ROWS_MAX];
+    replays replays;
     verdict verdict;
 } controlling;
 
@@ -246,18 +249,39 @@ static void choose_rows(controlling *controlling)
     }
 }
 
+static loop_setup setup_of(const controlling *controlling, const control_settings *control)
+{
+    return (loop_setup){.control = control,
+                        .model = &controlling->model,
+                        .nominal = &controlling->nominal->scene,
+                        .plant = controlling->plant ? &controlling->plant->scene : NULL,
+                        .truth = controlling->truth,
+                        .around = controlling->tree ? &controlling->around : NULL,
+                        .surrogate = controlling->trained ? &controlling->step : NULL,
+                        .inner = controlling->inner ? &controlling->inner_step : NULL};
+}
+
 static ad_status run_row(controlling *controlling, control_row *row, ad_error *error)
 {
-    const loop_setup setup = {.control = &row->control,
-                              .model = &controlling->model,
-                              .nominal = &controlling->nominal->scene,
-                              .plant = &controlling->plant->scene,
-                              .truth = controlling->truth,
-                              .around = controlling->tree ? &controlling->around : NULL,
-                              .surrogate = controlling->trained ? &controlling->step : NULL,
-                              .inner = controlling->inner ? &controlling->inner_step : NULL};
+    const loop_setup setup = setup_of(controlling, &row->control);
     ad_status status = loop_create(&setup, &row->loop, error);
     return status == AD_OK ? loop_run(row->loop, &row->report, error) : status;
+}
+
+static ad_status run_replays(controlling *controlling, ad_error *error)
+{
+    const options *o = &controlling->asked;
+    const loop_setup setup = setup_of(controlling, &controlling->nominal->control);
+    ad_status status =
+        replays_run(controlling->nominal, &setup, o->ahead, &controlling->replays, error);
+    if (status == AD_OK) {
+        replays_judge(controlling->nominal, &controlling->replays, &controlling->verdict);
+    }
+    if (status == AD_OK && !o->quiet) {
+        replays_print(controlling->nominal, &controlling->replays, controlling->model_text);
+        verdict_print(stdout, "", &controlling->verdict);
+    }
+    return status;
 }
 
 /* "control.period: ..." with its place in the file. */
@@ -281,7 +305,8 @@ static ad_status run(controlling *controlling, ad_error *error)
     status = status == AD_OK && o->shapes ? shapes_check_path(o->shapes, error) : status;
     if (status == AD_OK) {
         status = prepare_read_robot(o->config, o->overrides.count, o->overrides.texts,
-                                    &controlling->nominal, &controlling->plant, error);
+                                    &controlling->nominal, o->replay ? NULL : &controlling->plant,
+                                    error);
     }
     if (status == AD_OK && o->seed >= 0) {
         controlling->nominal->control.seed = o->seed;
@@ -293,6 +318,9 @@ static ad_status run(controlling *controlling, ad_error *error)
     status = status == AD_OK ? find_model(controlling, error) : status;
     if (status != AD_OK) {
         return controlling->nominal ? blame_key(controlling->nominal, error) : status;
+    }
+    if (o->replay) {
+        return run_replays(controlling, error);
     }
     find_truth(controlling);
     choose_rows(controlling);
@@ -344,15 +372,21 @@ static void tell(const void *of, json *to)
 {
     const controlling *controlling = of;
     json_text(to, "model", controlling->model_text);
-    control_json(controlling->count, controlling->rows, to);
+    if (controlling->asked.replay) {
+        replays_json(controlling->nominal, &controlling->replays, to);
+    } else {
+        control_json(controlling->count, controlling->rows, to);
+    }
 }
 
 int main(int argc, char **argv)
 {
-    controlling x = {.asked = {.seed = -1}};
+    static controlling x = {.asked = {.seed = -1, .ahead = 1}};
     options *o = &x.asked;
     const cli_option list[] = {
         {"--compare", NULL, CLI_FLAG, &o->compare, 0, 0},
+        {"--replay", NULL, CLI_FLAG, &o->replay, 0, 0},
+        {"--ahead", "S", CLI_NUMBER, &o->ahead, 1e-6, 1e6},
         {"--out", "FILE", CLI_TEXT, &o->out, 0, 0},
         {"--shapes", "FILE", CLI_TEXT, &o->shapes, 0, 0},
         {"--c", "OUT", CLI_TEXT, &o->c, 0, 0},
@@ -360,6 +394,7 @@ int main(int argc, char **argv)
         {"--run", "DIR", CLI_TEXT, &o->run, 0, 0},
         {"--inner", "DIR", CLI_TEXT, &o->inner, 0, 0},
         CLI_SEED(&o->seed),
+        CLI_DATA(&o->overrides),
         CLI_SET(&o->overrides),
         CLI_JSON(&o->json),
         CLI_QUIET(&o->quiet),

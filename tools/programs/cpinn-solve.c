@@ -211,6 +211,7 @@ static ad_status solve(solving *solving, ad_error *error)
 static ad_status find_unknowns(solving *solving, ad_error *error)
 {
     options *o = &solving->asked;
+    memcpy(solving->unknown.modes, o->modes, sizeof o->modes);
     ad_status status = unknowns_find(o->config, &o->overrides, o->at, o->threads, &o->search,
                                      &solving->unknown, error);
     if (status == AD_OK && !solving->unknown.settings && o->search.folder) {

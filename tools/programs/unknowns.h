@@ -14,6 +14,7 @@ typedef struct unknowns {
     identified found;
     judged fit; /* count 0: not known */
     double seconds;
+    int modes[4];  /* as config_identify has them */
     char at[1600]; /* what was asked for by --at, and the values found */
 } unknowns;
 

@@ -164,8 +164,8 @@ static ad_status check_training(const surrogate_settings *settings, const train_
                            optim_method_name(training->stages[i].optim.method), others);
         }
     }
-    if (training->data_count > 0 || training->members > 0 || training->members_file) {
-        return refuse(key, training->data_count > 0 ? "data[0].file" : "members.solved", error,
+    if (training->members > 0 || training->members_file) { /* data: what filters go through */
+        return refuse(key, "members.solved", error,
                       "is of networks of a scene; a one-step model learns from steps that it has "
                       "solved, surrogate.solved; leave it out");
     }

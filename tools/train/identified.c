@@ -8,6 +8,9 @@ enum { MAX = SCENE_PARAMETERS_MAX };
 /* What residuals of the equations may say of unknowns beside the measurements. */
 static const double LOOSE = 0.2;
 
+/* Of the noise: what the modes of a reduced rod may leave out. */
+static const double REDUCED = 0.2;
+
 /* Of standard deviations, by the growth of chi squared: half and twice what is said. */
 static const double ROUGH = 4;
 
@@ -172,6 +175,13 @@ void identified_verdict(const identified *identified, const scene *open, verdict
                     "chi squared is %.4g of %.0f degrees of freedom: residuals are %.3g times the "
                     "noise that is stated; deviations are those of the stated one",
                     identified->chi_squared, freedom, sqrt(identified->chi_squared / freedom));
+    }
+    if (!(identified->reduction <= REDUCED)) {
+        verdict_add(to, VERDICT_ESTIMATE_ABOVE_TOLERANCE,
+                    "more modes of the reduced rod change what was measured by %.2g of its noise, "
+                    "rms, so that values are off by more than their deviations; give more of them "
+                    "(--method modes --modes)",
+                    identified->reduction);
     }
     judge_untold(identified, open, to);
     judge_bounds(identified, open, to);

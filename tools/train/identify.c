@@ -638,7 +638,11 @@ static ad_status finish(search *search, identified *result, ad_error *error)
                        "ranges that was tried%s%s",
                        *reason ? ": " : "", reason);
     }
-    const ad_status status = conclude(search, result, error);
+    ad_status status = conclude(search, result, error);
+    if (status == AD_OK) {
+        status = solve_trials_reduction(search->trials, result->value, &result->reduction, error);
+        result->reduction /= result->noise_factor;
+    }
     result->solutions = (long)search->all.solutions;
     return status;
 }

@@ -4,6 +4,7 @@
 #include "tools/files/table_file.h"
 #include "tools/train/identify.h"
 #include "tools/train/measured_columns.h"
+#include "tools/train/recorded_inputs.h"
 #include "tools/train/reference.h"
 
 #include <math.h>
@@ -13,8 +14,12 @@
 struct measurements {
     int count, held_out; /* to be fitted, of which sets come first; the others */
     solve_measured set[TRAIN_DATA_MAX];
-    int entry[TRAIN_DATA_MAX];       /* of the settings' list, of a set */
-    double *numbers[TRAIN_DATA_MAX]; /* all of a set */
+    int entry[TRAIN_DATA_MAX];                   /* of the settings' list, of a set */
+    double *numbers[TRAIN_DATA_MAX];             /* all of a set */
+    const solve_inputs **inputs[TRAIN_DATA_MAX]; /* of its rows; NULL: none */
+    recorded_inputs *recorded;
+    int beside; /* as of measurements_read_beside, while files are read */
+    const char *const *names;
     size_t missing;
     bool tells_noise;
 };
@@ -28,7 +33,9 @@ typedef struct reading {
     const double *s, *t, *known[SCENE_PARAMETERS_MAX];
     const double *values[MODEL_COLUMNS_MAX]; /* of the quantity */
     const double *where;                     /* NULL: all rows */
-    char *key;                               /* to blame */
+    const solve_inputs **inputs;             /* [rows of the file], then of the set; or NULL */
+    const measurements *of;
+    char *key; /* to blame */
 } reading;
 
 int measurements_count(const measurements *measurements)
@@ -61,11 +68,18 @@ const solve_measured *measurements_sets(const measurements *measurements)
     return measurements->set;
 }
 
+void measurements_set_modes(measurements *measurements, const int modes[4])
+{
+    recorded_inputs_set_modes(measurements->recorded, modes);
+}
+
 void measurements_free(measurements *measurements)
 {
     for (int i = 0; measurements && i < measurements->count + measurements->held_out; i++) {
         free(measurements->numbers[i]);
+        free(measurements->inputs[i]);
     }
+    recorded_inputs_free(measurements ? measurements->recorded : NULL);
     free(measurements);
 }
 
@@ -142,6 +156,16 @@ static ad_status check_names(const reading *r, const solve_measured *set, ad_err
                  : AD_OK;
 }
 
+/* Whether a file may leave out a known value, and does. */
+static bool may_miss(const reading *r, const char *name)
+{
+    bool may = false;
+    for (int i = 0; i < r->of->beside; i++) {
+        may = may || strcmp(r->of->names[i], name) == 0;
+    }
+    return may && !measured_columns_have(r->columns, name);
+}
+
 static ad_status find_columns(reading *r, const solve_measured *set, ad_error *error)
 {
     const scene *open = r->open;
@@ -155,9 +179,13 @@ static ad_status find_columns(reading *r, const solve_measured *set, ad_error *e
         status = need(r, "t", "the time in s", &r->t, error);
     }
     for (int i = 0; i < scene_known_count(open) && status == AD_OK; i++) {
-        status = need(r, open->parameters[i].name,
-                      "a parameter with a range that is not to be found has a value in each row",
-                      &r->known[i], error);
+        const char *name = open->parameters[i].name;
+        status = may_miss(r, name)
+                     ? AD_OK
+                     : need(r, name,
+                            "a parameter with a range that is not to be found has a value in each "
+                            "row",
+                            &r->known[i], error);
     }
     for (int c = 0; c < set->columns && status == AD_OK; c++) {
         const char *name = scene_physics_of(open)->columns[set->column[c]].name;
@@ -263,8 +291,9 @@ static ad_status take_row(const reading *r, size_t row, double *s, double *t, do
     }
     for (int k = 0; k < open->parameter_count && status == AD_OK; k++) {
         const scene_parameter *p = &open->parameters[k];
-        known[k] = k < scene_known_count(open) ? r->known[k][row] : 0;
-        status = k < scene_known_count(open)
+        const bool is_known = k < scene_known_count(open);
+        known[k] = !is_known ? 0 : r->known[k] ? r->known[k][row] : NAN;
+        status = is_known && r->known[k]
                      ? check_number(r, row, p->name, known[k], p->low, p->high, error)
                      : AD_OK;
     }
@@ -294,6 +323,9 @@ static ad_status take_rows(const reading *r, solve_measured *set, double *number
             values[(size_t)c * rows + to] = r->values[c][i];
         }
         *missing += (size_t)(set->columns - count);
+        if (r->inputs) {
+            r->inputs[to] = r->inputs[i];
+        }
         set->rows += count > 0;
     }
     for (int c = 1; c < set->columns; c++) { /* columns follow one another */
@@ -304,10 +336,31 @@ static ad_status take_rows(const reading *r, solve_measured *set, double *number
     set->t = t;
     set->known = known;
     set->values = values;
+    set->inputs = r->inputs;
     return status != AD_OK || set->rows > 0
                ? status
                : ad_fail(error, AD_BAD_INPUT, "%s: %s; at least one row is needed", r->data->file,
                          any ? "in every row a number is missing" : "no row is chosen");
+}
+
+/* Of all rows the inputs over time; what they drive is seen in places, turns and their rates. */
+static ad_status find_inputs(reading *r, ad_error *error)
+{
+    const train_quantity quantity = r->data->quantity;
+    const size_t rows = table_rows(r->table);
+    ad_status status = recorded_inputs_find(r->of->recorded, r->open, r->data->file, rows, r->t,
+                                            r->known, r->inputs, error);
+    const bool seen = quantity == TRAIN_POSITION || quantity == TRAIN_ROTATION ||
+                      quantity == TRAIN_VELOCITY || quantity == TRAIN_ANGULAR_VELOCITY;
+    for (size_t i = 0; i < rows && status == AD_OK && !seen; i++) {
+        if (r->inputs[i]) {
+            status = ad_fail(error, AD_BAD_INPUT,
+                             "%s: has inputs over time and %s; allowed with these: position, "
+                             "rotation, velocity, angular_velocity",
+                             r->data->file, train_quantity_names()[quantity]);
+        }
+    }
+    return status;
 }
 
 /* A set that is there, of rows that are not. */
@@ -316,6 +369,7 @@ static ad_status fill_set(reading *r, solve_measured *set, double **numbers, siz
 {
     const size_t rows = table_rows(r->table);
     ad_status status = find_columns(r, set, error);
+    status = status == AD_OK && r->inputs ? find_inputs(r, error) : status;
     if (status != AD_OK) {
         return status;
     }
@@ -348,11 +402,15 @@ static ad_status read_file(const scene *open, const train_data *file, int index,
     }
     measurements->entry[at] = index;
     *(file->held_out ? &measurements->held_out : &measurements->count) += 1;
-    reading r = {.open = open, .data = file, .key = key};
+    reading r = {.open = open, .data = file, .key = key, .of = measurements};
     ad_status status = table_read(file->file, TABLE_MEASURED, &table, error);
     r.table = table;
     if (status == AD_OK) {
         status = measured_columns_create(table, open->names, file->columns, &r.columns, error);
+    }
+    if (status == AD_OK && scene_is_dynamic(open) && !scene_is_beam(open)) {
+        r.inputs = measurements->inputs[at] = calloc(table_rows(table) + 1, sizeof *r.inputs);
+        status = r.inputs ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for inputs");
     }
     if (status == AD_OK) {
         status = fill_set(&r, set, &measurements->numbers[at], &measurements->missing, error);
@@ -398,20 +456,32 @@ static ad_status check_unknowns(const scene *open, const measurements *measureme
 ad_status measurements_read(const scene *open, const train_settings *settings,
                             measurements **result, char key[TRAIN_KEY_MAX], ad_error *error)
 {
+    return measurements_read_beside(open, settings, 0, NULL, result, key, error);
+}
+
+ad_status measurements_read_beside(const scene *open, const train_settings *settings, int beside,
+                                   const char *const *names, measurements **result,
+                                   char key[TRAIN_KEY_MAX], ad_error *error)
+{
     measurements *x = calloc(1, sizeof *x);
     ad_status status = x ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for measurements");
     *result = NULL;
+    if (x) {
+        x->beside = beside;
+        x->names = names;
+        status = recorded_inputs_create(&x->recorded, error);
+    }
     for (int i = 0; i < 2 * settings->data_count && status == AD_OK; i++) {
         const int index = i % settings->data_count; /* those that are held out come last */
         if (settings->data[index].held_out == (i >= settings->data_count)) {
             status = read_file(open, &settings->data[index], index, x, key, error);
         }
     }
-    if (status == AD_OK && x->count == 0) {
+    if (status == AD_OK && x->count == 0 && !names) {
         snprintf(key, TRAIN_KEY_MAX, "data[0].held_out");
         status = ad_fail(error, AD_BAD_INPUT, "all data are held out; one entry has to be fitted");
     }
-    if (status == AD_OK) {
+    if (status == AD_OK && x->count > 0) {
         x->tells_noise = settings->data[x->entry[0]].noise > 0;
     }
     if (status == AD_OK && open->unknown_count > 0) {

@@ -21,7 +21,15 @@ typedef struct measurements measurements;
  * than unknowns. AD_NO_MEMORY. */
 ad_status measurements_read(const scene *open, const train_settings *settings,
                             measurements **result, char key[TRAIN_KEY_MAX], ad_error *error);
+/* The same for what goes through recordings: all may be held out, and files may leave out known
+ * parameters of these names [beside]: NaN. */
+ad_status measurements_read_beside(const scene *open, const train_settings *settings, int beside,
+                                   const char *const *names, measurements **result,
+                                   char key[TRAIN_KEY_MAX], ad_error *error);
 void measurements_free(measurements *measurements); /* NULL is allowed */
+
+/* Of the reduced rod by which motions under recorded inputs are followed. */
+void measurements_set_modes(measurements *measurements, const int modes[4]);
 
 int measurements_count(const measurements *measurements);          /* of sets that are fitted */
 int measurements_held_out(const measurements *measurements);       /* of those behind them */

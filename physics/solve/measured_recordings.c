@@ -1,0 +1,165 @@
+#include "physics/solve/measured_trials.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Modes where none are asked for: three times as many states as a filter has, and errors of some
+ * 1e-5 of the length (the last row of a table in physics/chain/reduced.h is the first). */
+static const int MODES[4] = {5, 3, 3, 2};
+
+void solve_trials_forget(solve_trials *trials)
+{
+    for (int i = 0; trials->recordings && i < ad_pool_threads(trials->pool); i++) {
+        solve_recording_free(trials->recordings[i]);
+    }
+    free(trials->recordings);
+    trials->recordings = NULL;
+}
+
+ad_status solve_trials_record(solve_trials *trials, int more, ad_error *error)
+{
+    const solve_inputs *inputs = trials->row[trials->rows - 1].inputs;
+    int modes[4];
+    solve_trials_forget(trials);
+    if (!inputs) {
+        return AD_OK;
+    }
+    const int *asked = inputs->modes;
+    const bool any = asked[0] + asked[1] + asked[2] + asked[3] > 0;
+    for (int k = 0; k < 4; k++) {
+        modes[k] = any ? asked[k] : MODES[k];
+        modes[k] += modes[k] > 0 ? more : 0;
+    }
+    const int threads = ad_pool_threads(trials->pool);
+    trials->recordings = calloc((size_t)threads, sizeof(solve_recording *));
+    ad_status status = trials->recordings ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
+    for (int i = 0; i < threads && status == AD_OK; i++) {
+        status = solve_recording_create(&trials->open, modes, trials->places, trials->place,
+                                        &trials->recordings[i], error);
+    }
+    return status;
+}
+
+/* Of an experiment, as solve_recording_run has it. */
+typedef struct following {
+    solve_recording *by;
+    const solve_inputs *inputs;
+    const double *parameters, *t;
+    const size_t *places;
+    size_t rows;
+} following;
+
+static ad_status run(const following *f, int parts, double *values, ad_error *error)
+{
+    return solve_recording_run(f->by, f->inputs, f->parameters, parts, f->rows, f->t, f->places,
+                               values, error);
+}
+
+/* Twice as many steps between samples as long as that changes something. */
+static ad_status refine(const solve_trials *trials, const following *f, int *parts, double *values,
+                        double *finer, ad_error *error)
+{
+    enum { PARTS_MAX = 16, COLUMNS = 7 };
+    ad_status status = AD_OK;
+    for (bool coarse = true; status == AD_OK && coarse && *parts < PARTS_MAX;) {
+        status = run(f, 2 * *parts, finer, error);
+        coarse = false;
+        for (size_t i = 0; i < COLUMNS * f->rows && status == AD_OK; i++) {
+            const double unit = i < 3 * f->rows ? scene_length(&trials->open) : 1;
+            coarse = coarse || fabs(values[i] - finer[i]) > trials->tolerance * unit;
+            values[i] = finer[i];
+        }
+        *parts *= coarse ? 2 : 1;
+    }
+    return status;
+}
+
+/* Times and places of the rows of an experiment, which are the caller's to free as f->t. */
+static ad_status open_rows(const solve_trials *trials, size_t experiment, int thread,
+                           const double *parameters, following *f, ad_error *error)
+{
+    const size_t first = trials->first[experiment], rows = trials->first[experiment + 1] - first;
+    const measured_row *row = trials->row + first;
+    double *t = malloc(rows * (sizeof(double) + sizeof(size_t)));
+    size_t *places = t ? (size_t *)(void *)(t + rows) : NULL;
+    for (size_t i = 0; i < rows && t; i++) {
+        t[i] = row[i].t;
+        places[i] = row[i].place;
+    }
+    *f = (following){trials->recordings[thread], row->inputs, parameters, t, places, rows};
+    return t ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu rows", rows);
+}
+
+ad_status solve_trials_follow(solve_trials *trials, size_t experiment, int thread,
+                              const double *parameters, double *residuals, ad_error *error)
+{
+    following f;
+    ad_status status = open_rows(trials, experiment, thread, parameters, &f, error);
+    const size_t width = (size_t)scene_physics_of(&trials->open)->column_count * f.rows;
+    const measured_row *row = trials->row + trials->first[experiment];
+    double *values = status == AD_OK ? malloc(2 * width * sizeof *values) : NULL;
+    int parts = trials->nodes[experiment] > 0 ? (int)trials->nodes[experiment] : 1;
+    if (status == AD_OK) {
+        status = values ? run(&f, parts, values, error)
+                        : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu rows", f.rows);
+    }
+    if (status == AD_OK && trials->chooses && trials->nodes[experiment] == 0) {
+        status = refine(trials, &f, &parts, values, values + width, error);
+        trials->nodes[experiment] = parts;
+    }
+    for (size_t i = 0; i < f.rows && status == AD_OK; i++) {
+        solve_trials_compare(trials, &row[i], values + i, f.rows, residuals + row[i].residual);
+    }
+    free((void *)f.t);
+    free(values);
+    return status;
+}
+
+ad_status solve_trials_follow_change(solve_trials *trials, size_t experiment, int thread,
+                                     const double *parameters, solve_trials_taker *take,
+                                     void *context, ad_error *error)
+{
+    following f;
+    ad_status status = open_rows(trials, experiment, thread, parameters, &f, error);
+    const size_t width = (size_t)scene_physics_of(&trials->open)->column_count * f.rows;
+    const size_t unknowns = (size_t)trials->unknowns;
+    double *values = status == AD_OK ? calloc((1 + unknowns) * width, sizeof *values) : NULL;
+    if (status == AD_OK) {
+        status = values
+                     ? solve_recording_change(f.by, f.inputs, parameters,
+                                              (int)fmax(1, trials->nodes[experiment]), f.rows, f.t,
+                                              f.places, values, unknowns, values + width, error)
+                     : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu rows", f.rows);
+    }
+    for (size_t i = 0; i < f.rows && status == AD_OK; i++) {
+        take(context, trials->row + trials->first[experiment] + i, values + i, values + width + i,
+             width, f.rows);
+    }
+    free((void *)f.t);
+    free(values);
+    return status;
+}
+
+ad_status solve_trials_reduction(solve_trials *trials, const double *values, double *rms,
+                                 ad_error *error)
+{
+    enum { MORE = 2 };
+    const size_t count = trials->residuals;
+    double *room = trials->recordings ? malloc(2 * count * sizeof *room) : NULL, sum = 0;
+    *rms = 0;
+    if (!room) {
+        return trials->recordings ? ad_fail(error, AD_NO_MEMORY, "out of memory") : AD_OK;
+    }
+    ad_status status = solve_trials_run(trials, 1, values, false, room, error);
+    status = status == AD_OK ? solve_trials_record(trials, MORE, error) : status;
+    status =
+        status == AD_OK ? solve_trials_run(trials, 1, values, false, room + count, error) : status;
+    for (size_t i = 0; i < count && status == AD_OK; i++) {
+        const double by = room[i] - room[count + i];
+        sum += by * by;
+    }
+    *rms = sqrt(sum / (double)count);
+    free(room);
+    return status;
+}

@@ -1,0 +1,314 @@
+#include "physics/solve/recording.h"
+
+#include "physics/chain/reduced.h"
+#include "physics/learn/model.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Of modes and rates that have no unit: differences of motions are those of what differs. */
+static const double NEWTON = 1e-10;
+
+/* Stops closer to each other than this part of the time at hand are one. */
+static const double SAME = 1e-12;
+
+struct solve_recording {
+    reduced_rod *rod;
+    size_t places;
+    int parameters;
+    size_t velocity; /* its first column */
+    double *state;
+    reduced_place *seen; /* [3][places]: as it is, and with a parameter moved to both sides */
+    size_t columns;
+    /* Of solve_recording_change: so many last parameters, from `first` on; 0: values alone. */
+    size_t count, first;
+    double *change[2]; /* [states][count] of the state, and room */
+    double *by_state, *by_inputs, *by_seen;
+};
+
+void solve_inputs_at(const solve_inputs *inputs, int parameters, double t, size_t *at,
+                     double *values)
+{
+    const double *times = inputs->t;
+    while (*at + 2 < inputs->count && t >= times[*at + 1]) {
+        ++*at;
+    }
+    const size_t width = (size_t)parameters, next = *at + 1 < inputs->count ? *at + 1 : *at;
+    const double *from = inputs->values + *at * width, *to = inputs->values + next * width;
+    const double span = times[next] - times[*at];
+    const double part = span > 0 ? fmin(1, fmax(0, (t - times[*at]) / span)) : 0;
+    for (size_t k = 0; k < width; k++) {
+        if (inputs->which >> k & 1) {
+            values[k] = part == 1 ? to[k] : from[k] + part * (to[k] - from[k]);
+        }
+    }
+}
+
+/* ---- making -------------------------------------------------------------------------------- */
+
+ad_status solve_recording_create(const scene *open, const int modes[4], size_t places,
+                                 const double *s, solve_recording **result, ad_error *error)
+{
+    solve_recording *x = calloc(1, sizeof *x);
+    *result = NULL;
+    if (!x) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a recording");
+    }
+    const reduced_settings settings = {.modes = {modes[0], modes[1], modes[2], modes[3]},
+                                       .count = (int)places,
+                                       .s = s,
+                                       .newton = NEWTON};
+    const scene_physics *physics = scene_physics_of(open);
+    ad_status status = reduced_create(open, &settings, &x->rod, error);
+    if (status == AD_OK) {
+        x->places = places;
+        x->parameters = open->parameter_count;
+        x->state = malloc((size_t)reduced_states(x->rod) * sizeof *x->state);
+        x->seen = malloc((3 * places + 1) * sizeof *x->seen);
+        x->columns = (size_t)physics->column_count;
+        while (strcmp(physics->columns[x->velocity].name, "vx") != 0) {
+            x->velocity++;
+        }
+        status =
+            x->state && x->seen ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a rod");
+    }
+    if (status != AD_OK) {
+        solve_recording_free(x);
+        return status;
+    }
+    *result = x;
+    return AD_OK;
+}
+
+void solve_recording_free(solve_recording *recording)
+{
+    if (recording) {
+        reduced_free(recording->rod);
+        free(recording->state);
+        free(recording->seen);
+        free(recording->change[0]);
+        free(recording);
+    }
+}
+
+/* ---- running ------------------------------------------------------------------------------- */
+
+/* How far a parameter is moved for a difference, of what is solved to 1e-10. */
+static double beside(const solve_recording *x, size_t parameter, double value)
+{
+    const scene_parameter *p = reduced_input(x->rod, (int)parameter);
+    const double range = p->high - p->low;
+    return 1e-4 * fmin(range, fabs(value) + 1e-3 * range);
+}
+
+/* A step, and how the state after it changes. */
+static ad_status step(solve_recording *x, double h, const double *now, const double *after,
+                      ad_error *error)
+{
+    const size_t n = (size_t)reduced_states(x->rod), m = (size_t)x->parameters, count = x->count;
+    ad_status status =
+        reduced_step_linear(x->rod, 0, h, x->state, now, after, x->state,
+                            count ? x->by_state : NULL, count ? x->by_inputs : NULL, error);
+    for (size_t r = 0; r < n && status == AD_OK && count > 0; r++) {
+        double *to = x->change[1] + r * count;
+        memcpy(to, x->by_inputs + r * m + x->first, count * sizeof *to);
+        for (size_t c = 0; c < n; c++) {
+            const double by = x->by_state[r * n + c], *from = x->change[0] + c * count;
+            for (size_t i = 0; i < count; i++) {
+                to[i] += by * from[i];
+            }
+        }
+    }
+    if (count > 0) {
+        memcpy(x->change[0], x->change[1], n * count * sizeof(double));
+    }
+    return status;
+}
+
+/* On to a time through all samples between. */
+static ad_status go_on(solve_recording *x, const solve_inputs *inputs, double *now, int parts,
+                       double *t, double to, size_t *at, ad_error *error)
+{
+    ad_status status = AD_OK;
+    double after[SCENE_PARAMETERS_MAX];
+    memcpy(after, now, sizeof after);
+    while (*t < to && status == AD_OK) {
+        size_t next = *at;
+        while (next < inputs->count && inputs->t[next] <= *t + SAME * fmax(1, *t)) {
+            next++;
+        }
+        const double sample = next < inputs->count ? inputs->t[next] : to;
+        const double stop = sample < to - SAME * fmax(1, to) ? sample : to;
+        const double begin = *t, h = (stop - begin) / parts;
+        for (int i = 0; i < parts && status == AD_OK; i++) {
+            solve_inputs_at(inputs, x->parameters, i + 1 < parts ? begin + (i + 1) * h : stop, at,
+                            after);
+            status = step(x, h, now, after, error);
+            memcpy(now, after, sizeof after);
+        }
+        *t = stop;
+    }
+    return status;
+}
+
+/* What was measured in one row, from the place at which it was. */
+static void give(const solve_recording *x, const reduced_place *place, size_t row, size_t rows,
+                 double *values)
+{
+    for (size_t k = 0; k < 3; k++) {
+        values[k * rows + row] = place->position[k];
+        values[(x->velocity + k) * rows + row] = place->velocity[k];
+        values[(x->velocity + 3 + k) * rows + row] = place->angular_velocity[k];
+    }
+    for (size_t k = 0; k < 4; k++) {
+        values[(3 + k) * rows + row] = place->rotation[k];
+    }
+}
+
+/* How the state at the start changes. */
+static ad_status start_change(solve_recording *x, const double *now, ad_error *error)
+{
+    const size_t n = (size_t)reduced_states(x->rod);
+    double moved[SCENE_PARAMETERS_MAX], *room = x->change[1];
+    ad_status status = AD_OK;
+    for (size_t i = 0; i < x->count && status == AD_OK; i++) {
+        const double by = beside(x, x->first + i, now[x->first + i]);
+        for (int side = -1; side <= 1 && status == AD_OK; side += 2) {
+            memcpy(moved, now, sizeof moved);
+            moved[x->first + i] += side * by;
+            status = reduced_initial(x->rod, moved, room, error);
+            for (size_t r = 0; r < n && status == AD_OK; r++) {
+                double *to = &x->change[0][r * x->count + i];
+                *to = side < 0 ? -room[r] / (2 * by) : *to + room[r] / (2 * by);
+            }
+        }
+    }
+    return status;
+}
+
+/* Of one parameter what follows from where the start is held: x->seen behind the first. */
+static ad_status look_beside(solve_recording *x, const double *now, size_t i, double by,
+                             ad_error *error)
+{
+    double moved[SCENE_PARAMETERS_MAX];
+    ad_status status = AD_OK;
+    for (int side = 0; side < 2 && status == AD_OK; side++) {
+        memcpy(moved, now, sizeof moved);
+        moved[x->first + i] += side ? by : -by;
+        status = reduced_output(x->rod, 0, x->state, moved,
+                                x->seen + (1 + (size_t)side) * x->places, NULL, error);
+    }
+    return status;
+}
+
+/* change [13] in the order of reduced_place, by parameter i through the state. */
+static void change_place(const solve_recording *x, size_t place, size_t i, double *change)
+{
+    enum { ROWS = 12 };
+    const size_t n = (size_t)reduced_states(x->rod);
+    const double *by = x->by_seen + place * ROWS * n, *q = x->seen[place].rotation;
+    double rows[ROWS];
+    for (size_t r = 0; r < ROWS; r++) {
+        rows[r] = 0;
+        for (size_t c = 0; c < n; c++) {
+            rows[r] += by[r * n + c] * x->change[0][c * x->count + i];
+        }
+    }
+    const double *w = rows + 3; /* q_t = (0, w) q / 2 */
+    memcpy(change, rows, 3 * sizeof *rows);
+    change[3] = -0.5 * (w[0] * q[1] + w[1] * q[2] + w[2] * q[3]);
+    change[4] = 0.5 * (w[0] * q[0] + w[1] * q[3] - w[2] * q[2]);
+    change[5] = 0.5 * (w[1] * q[0] + w[2] * q[1] - w[0] * q[3]);
+    change[6] = 0.5 * (w[2] * q[0] + w[0] * q[2] - w[1] * q[1]);
+    memcpy(change + 7, rows + 6, 6 * sizeof *rows);
+}
+
+/* Rows from `row` to before `end`, of one time. */
+static ad_status give_change(solve_recording *x, const double *now, const size_t *places,
+                             size_t row, size_t end, size_t rows, double *by, ad_error *error)
+{
+    const bool held = reduced_is_placed(x->rod);
+    ad_status status = AD_OK;
+    for (size_t i = 0; i < x->count && status == AD_OK; i++) {
+        const double off = beside(x, x->first + i, now[x->first + i]);
+        status = held ? AD_OK : look_beside(x, now, i, off, error);
+        for (size_t k = row; k < end && status == AD_OK; k++) {
+            reduced_place change;
+            double *all = change.position; /* 13 numbers */
+            change_place(x, places[k], i, all);
+            const double *low = x->seen[x->places + places[k]].position;
+            const double *high = x->seen[2 * x->places + places[k]].position;
+            for (size_t c = 0; c < 13 && !held; c++) {
+                all[c] += (high[c] - low[c]) / (2 * off);
+            }
+            give(x, &change, k, rows, by + i * x->columns * rows);
+        }
+    }
+    if (!held && status == AD_OK) { /* the start is again where it is */
+        status = reduced_output(x->rod, 0, x->state, now, x->seen, NULL, error);
+    }
+    return status;
+}
+
+static ad_status run(solve_recording *x, const solve_inputs *inputs, const double *parameters,
+                     int parts, size_t rows, const double *t, const size_t *places, double *values,
+                     double *by, ad_error *error)
+{
+    double now[SCENE_PARAMETERS_MAX] = {0}, time = 0;
+    size_t at = 0;
+    if (inputs->t[0] > 0 || inputs->t[inputs->count - 1] < t[rows - 1]) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "inputs are recorded from t = %g to %g s; allowed: from 0 to %g at least",
+                       inputs->t[0], inputs->t[inputs->count - 1], t[rows - 1]);
+    }
+    memcpy(now, parameters, (size_t)x->parameters * sizeof *now);
+    solve_inputs_at(inputs, x->parameters, 0, &at, now);
+    ad_status status = reduced_initial(x->rod, now, x->state, error);
+    status = status == AD_OK ? start_change(x, now, error) : status;
+    for (size_t row = 0, end; row < rows && status == AD_OK; row = end) {
+        ad_error reason;
+        status = go_on(x, inputs, now, parts, &time, t[row], &at, &reason);
+        if (status != AD_OK) {
+            return ad_fail(error, status, "from t = %g s on: %s", time, reason.message);
+        }
+        status =
+            reduced_output(x->rod, 0, x->state, now, x->seen, x->count ? x->by_seen : NULL, error);
+        for (end = row; end < rows && t[end] == t[row]; end++) {
+            give(x, &x->seen[places[end]], end, rows, values);
+        }
+        status = status == AD_OK && x->count > 0
+                     ? give_change(x, now, places, row, end, rows, by, error)
+                     : status;
+    }
+    return status;
+}
+
+ad_status solve_recording_run(solve_recording *x, const solve_inputs *inputs,
+                              const double *parameters, int parts, size_t rows, const double *t,
+                              const size_t *places, double *values, ad_error *error)
+{
+    x->count = 0;
+    return run(x, inputs, parameters, parts, rows, t, places, values, NULL, error);
+}
+
+ad_status solve_recording_change(solve_recording *x, const solve_inputs *inputs,
+                                 const double *parameters, int parts, size_t rows, const double *t,
+                                 const size_t *places, double *values, size_t count, double *by,
+                                 ad_error *error)
+{
+    const size_t n = (size_t)reduced_states(x->rod), m = (size_t)x->parameters;
+    free(x->change[0]);
+    x->count = count;
+    x->first = m - count;
+    double *at = x->change[0] =
+        malloc((2 * n * (count + 1) + n * (n + m) + 12 * n * x->places) * sizeof *at);
+    if (!at) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for derivatives of a motion");
+    }
+    x->change[1] = at + n * (count + 1); /* a state, too */
+    x->by_state = x->change[1] + n * (count + 1);
+    x->by_inputs = x->by_state + n * n;
+    x->by_seen = x->by_inputs + n * m;
+    return run(x, inputs, parameters, parts, rows, t, places, values, by, error);
+}

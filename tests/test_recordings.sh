@@ -1,0 +1,113 @@
+#!/bin/bash
+# Motions whose inputs were recorded, as users have them: unknowns from them, and the filter that
+# goes through them again. The motion is solved by another method, with the inputs as formulas.
+#   test_recordings.sh BIN ROOT
+set -u
+. "$(dirname "$0")/programs.sh"
+
+cat >arm.yaml <<'YAML'
+parameters:
+  pull1: {range: [0, 4]}
+  pull2: {range: [0, 4]}
+  payload: {range: [0, 0.1]}
+  stiffness: {range: [0.5, 2]}
+rod:
+  model: kirchhoff
+  length: 0.3
+  section: {shape: circle, radius: 0.01}
+  material: {youngs_modulus: 1.0e6*stiffness, poissons_ratio: 0.45, density: 1070,
+             relaxation_time: 0.03}
+boundary: {start: {type: clamped}}
+initial: {state: equilibrium}
+loads: {gravity: [0, 0, 9.81]}
+tendons:
+  - {offset: [0.01, 0], tension: pull1}
+  - {offset: [0, 0.01], tension: pull2}
+bodies: [{at: 0.3, mass: payload}]
+time: {duration: 2, windows: 1}
+YAML
+
+# near A B MOST: whether A is not further from B.
+near() { awk -v a="$1" -v b="$2" -v most="$3" 'BEGIN { d = a - b; exit !(d <= most && -d <= most) }'; }
+
+# The truth every 20 ms at two places, by the solver that estimates its error, and files with a
+# noise of 0.3 mm that is always the same.
+truth() { # FILE PAYLOAD
+    run 0 cpinn-solve arm.yaml --set "parameters.pull1=2*sin(2*t)^2" --set "parameters.pull2=1.5+1.5*sin(5*t)" \
+        --set parameters.stiffness=0.8 --set "parameters.payload=$2" --method modes --points places.csv --out "$1" --quiet
+    awk -F, -v OFS=, -v load="$2" 'NR == 1 { for (i = 1; i <= NF; i++) at[$i] = i
+            print "s,t,pull1,pull2,payload,x,y,z"; next }
+        function noise() { seed = (seed * 16807) % 2147483647; return seed / 2147483647 }
+        function normal() { n = 0; for (k = 0; k < 12; k++) n += noise(); return 3e-4 * (n - 6) }
+        NR == 2 { seed = 12345 }
+        { t = $at["t"]; printf "%s,%s,%.12g,%.12g,%g,%.9g,%.9g,%.9g\n", $at["s"], t, 2 * sin(2 * t)^2,
+            1.5 + 1.5 * sin(5 * t), load, $at["x"] + normal(), $at["y"] + normal(), $at["z"] + normal() }' \
+        "$1" >"$1.measured.csv"
+}
+awk 'BEGIN { print "s,t"; for (k = 0; k <= 100; k++) print "0.15," k / 50 "\n0.3," k / 50 }' >places.csv
+truth light.csv 0.01
+truth heavy.csv 0.04
+data() { echo "data=[{quantity: position, file: $1, noise: 3.0e-4}]"; }
+
+# Stiffness and damping from one recording, within four deviations, and as well known as that.
+run 0 cpinn-solve arm.yaml --set 'parameters.stiffness={identify: 1.2, range: [0.5, 2]}' \
+    --set 'rod.material.relaxation_time={identify: 0.01, range: [0.001, 0.1], scale: log}' \
+    --set "$(data light.csv.measured.csv)" --json found.json
+said stdout.txt 'identified from 606 numbers of 1 experiment:'
+pick() { tr -d '\n ' <found.json | sed "s/.*\"name\":\"$1\",\([^}]*\)}.*/\1/" | tr ',' '\n' | grep "\"$2\"" | cut -d: -f2; }
+four() { awk -v d="$(pick "$1" standard_deviation)" 'BEGIN { print 4 * d }'; }
+check stiffness -- near "$(pick stiffness value)" 0.8 "$(four stiffness)"
+check damping -- near "$(pick material_relaxation_time value)" 0.03 "$(four material_relaxation_time)"
+check known well -- near "$(pick stiffness standard_deviation)" 0 2e-3
+
+# The filter finds the payload of both recordings, and the model predicts to the noise: what is
+# measured has 0.3 mm in three directions, 0.52 mm, one sample and half a second ahead.
+each() { tr -d '\n ' <replay.json | sed 's/.*"recordings":\[//' | tr '{' '\n' | grep -o "\"$1\":[-0-9.e]*" | cut -d: -f2; }
+cat >filter.txt <<'TEXT'
+control={estimate: [payload]}
+surrogate={step: 0.02, modes: [4, 2, 0, 0], parameters: [payload]}
+parameters.stiffness=0.8
+TEXT
+settings() { while read -r line; do printf '%s\n' --set "$line"; done <filter.txt; }
+mapfile -t filter < <(settings)
+both='data=[{quantity: position, file: light_tip.csv, noise: 3.0e-4}, {quantity: position, file: heavy_tip.csv, noise: 3.0e-4}]'
+for load in light heavy; do
+    awk -F, 'NR == 1 || $1 == 0.3' "$load.csv.measured.csv" >"${load}_tip.csv"
+done
+run 0 cpinn-control arm.yaml "${filter[@]}" --set "$both" --replay --ahead 0.5 --json replay.json
+mapfile -t found < <(each value)
+mapfile -t deviation < <(each standard_deviation)
+check light payload -- near "${found[0]}" 0.01 "$(awk -v d="${deviation[0]}" 'BEGIN { print 4 * d }')"
+check heavy payload -- near "${found[1]}" 0.04 "$(awk -v d="${deviation[1]}" 'BEGIN { print 4 * d }')"
+check heavy payload told -- near "${found[1]}" 0.04 4e-3
+mapfile -t ahead < <(each ahead | tail -n 2)
+check half a second ahead -- near "${ahead[1]}" 5.2e-4 1.5e-4
+
+# What a file does not say of the payload is found alike; of an input it is refused.
+cut -d, -f1-4,6- heavy_tip.csv >unsaid.csv
+run 0 cpinn-control arm.yaml "${filter[@]}" --set "$(data unsaid.csv)" --replay --ahead 0.5 --json replay.json
+check unsaid payload -- near "$(each value)" "${found[1]}" 1e-9
+cut -d, -f1-3,5- heavy_tip.csv >one_input.csv
+run 2 cpinn-control arm.yaml "${filter[@]}" --set "$(data one_input.csv)" --replay
+said stderr.txt "one_input.csv: column 'pull2' is missing"
+
+# Refused: inputs that begin later than the motion, or end before it; a row without one; what is
+# not seen of the reduced rod; samples that are not evenly spaced; data without inputs over time.
+unknown='parameters.stiffness={identify: 1.2, range: [0.5, 2]}'
+awk -F, 'NR == 1 || $2 > 0.3' heavy_tip.csv >late.csv
+run 2 cpinn-solve arm.yaml --set "$unknown" --set "$(data late.csv)"
+said stderr.txt 'late.csv: inputs begin at t = 0.32 s; allowed: from t = 0 on'
+awk -F, -v OFS=, 'NR == 20 { $3 = "" } { print }' heavy_tip.csv >gap.csv
+run 2 cpinn-solve arm.yaml --set "$unknown" --set "$(data gap.csv)"
+said stderr.txt 'gap.csv.*pull1'
+sed 's/x,y,z/v1,v2,v3/' heavy_tip.csv >strain.csv
+run 2 cpinn-solve arm.yaml --set "$unknown" --set 'data=[{quantity: strain, file: strain.csv, noise: 1.0e-3}]'
+said stderr.txt 'strain.csv: has inputs over time and strain; allowed with these: position'
+sed '9d' heavy_tip.csv >uneven.csv
+run 2 cpinn-control arm.yaml "${filter[@]}" --set "$(data uneven.csv)" --replay
+said stderr.txt 'allowed: evenly spaced samples'
+awk -F, -v OFS=, 'NR > 1 { $3 = 1; $4 = 1 } { print }' heavy_tip.csv >still.csv
+run 2 cpinn-control arm.yaml "${filter[@]}" --set "$(data still.csv)" --replay
+said stderr.txt 'no file has inputs over time'
+
+finish
