@@ -1,0 +1,197 @@
+/* Motions under recorded inputs: derivatives of residuals against differences, also by where the
+ * rod is held; what is a recording in a file, and what is not; the same bits for any number of
+ * threads. */
+#include "near.h"
+
+#include "physics/solve/measured.h"
+#include "tools/train/recorded_inputs.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { PULL, STIFFNESS, DAMPING, HELD, PARAMETERS, UNKNOWNS = 3, SAMPLES = 26, ROWS = 2 * SAMPLES };
+
+static const double LENGTH = 0.2, STEP = 0.02;
+
+typedef struct recorded_arm {
+    quantities *names;
+    scene open;
+    double s[ROWS], t[ROWS], known[ROWS][PARAMETERS], columns[PARAMETERS][ROWS], values[7][ROWS];
+    const solve_inputs *of[ROWS];
+    recorded_inputs *inputs;
+    solve_measured set;
+} recorded_arm;
+
+static void assert_good(ad_status status, const ad_error *error)
+{
+    if (status != AD_OK) {
+        fail_msg("%s", error->message);
+    }
+}
+
+static void make_scene(recorded_arm *x)
+{
+    static const scene_parameter parameters[PARAMETERS] = {{"pull", 0, 5, SCENE_LINEAR},
+                                                           {"stiffness", 1e-3, 1e-2, SCENE_LOG},
+                                                           {"damping", 1e-5, 1e-3, SCENE_LOG},
+                                                           {"held", -0.1, 0.1, SCENE_LINEAR}};
+    static const double starts[PARAMETERS] = {1, 4e-3, 1e-4, 0.01};
+    ad_error error;
+    scene *to = &x->open;
+    x->names = quantities_create();
+    scene_defaults(to);
+    for (int i = 0; i < PARAMETERS; i++) {
+        assert_good(quantities_coordinate(x->names, parameters[i].name, &error), &error);
+        to->parameters[i] = parameters[i];
+        to->guess[i] = starts[i];
+    }
+    to->parameter_count = PARAMETERS;
+    to->unknown_count = UNKNOWNS;
+    to->names = x->names;
+    to->rod.model = SCENE_KIRCHHOFF;
+    to->rod.length = quantity_number(LENGTH);
+    to->duration = quantity_number(1);
+    for (int k = 0; k < 2; k++) {
+        to->rod.bending_stiffness[k] = quantity_formula(x->names, "stiffness");
+        to->rod.curvature_damping[k] = quantity_formula(x->names, "damping");
+    }
+    to->rod.torsional_stiffness = quantity_number(3e-3);
+    to->rod.mass_per_length = quantity_number(0.1);
+    for (int k = 0; k < 3; k++) {
+        to->rod.rotary_inertia[k] = quantity_number(1e-5);
+    }
+    to->start.position[1] = quantity_formula(x->names, "held");
+    to->initial.state = SCENE_EQUILIBRIUM;
+    to->loads.gravity[0] = quantity_number(3);
+    to->loads.gravity[2] = quantity_number(9.81);
+    to->tendons[0] = (scene_tendon){.offset = {quantity_number(4e-3), quantity_number(2e-3)},
+                                    .tension = quantity_formula(x->names, "pull")};
+    to->tendon_count = 1;
+}
+
+/* Middle and tip of every sample, measured somewhere: derivatives do not ask where. */
+static void make(recorded_arm *x)
+{
+    const double *known[PARAMETERS] = {x->columns[PULL]};
+    ad_error error;
+    memset(x, 0, sizeof *x);
+    make_scene(x);
+    for (int i = 0; i < ROWS; i++) {
+        x->s[i] = LENGTH / (1 + (i + 1) % 2);
+        x->t[i] = i / 2 * STEP;
+        x->known[i][PULL] = x->columns[PULL][i] = 1 + sin(4 * x->t[i]);
+        x->values[3][i] = 1;
+    }
+    assert_good(recorded_inputs_create(&x->inputs, &error), &error);
+    assert_good(
+        recorded_inputs_find(x->inputs, &x->open, "arm.csv", ROWS, x->t, known, x->of, &error),
+        &error);
+    x->set = (solve_measured){.rows = ROWS,
+                              .s = x->s,
+                              .t = x->t,
+                              .known = x->known[0],
+                              .columns = 7,
+                              .column = {0, 1, 2, 3, 4, 5, 6},
+                              .values = x->values[0],
+                              .inputs = x->of};
+    for (int c = 0; c < 7; c++) {
+        x->set.noise[c] = 1;
+    }
+}
+
+static void finish(recorded_arm *x)
+{
+    recorded_inputs_free(x->inputs);
+    quantities_free(x->names);
+}
+
+/* Exact derivatives of steps that Newton's method solves to 1e-10, against central differences with
+ * the error of their third derivatives, some 1e-6. */
+static void test_derivatives(void **state)
+{
+    enum { NUMBERS = 6 * ROWS };
+    static double residuals[NUMBERS], room[2 * UNKNOWNS][NUMBERS], jacobian[UNKNOWNS][NUMBERS],
+        beside[2 * UNKNOWNS][NUMBERS], again[NUMBERS];
+    static const double values[UNKNOWNS] = {4e-3, 1e-4, 0.01}, off = 1e-3;
+    static recorded_arm x;
+    double ends[2 * UNKNOWNS], trial[2 * UNKNOWNS][UNKNOWNS];
+    solve_trials *trials, *alone;
+    size_t solved;
+    ad_error error;
+    (void)state;
+    make(&x);
+    assert_good(solve_trials_create(&x.open, 1, &x.set, 1e-6, 2, &trials, &error), &error);
+    assert_good(solve_trials_create(&x.open, 1, &x.set, 1e-6, 1, &alone, &error), &error);
+    assert_int_equal(solve_trials_residuals(trials), NUMBERS);
+    assert_int_equal(solve_trials_experiments(trials), 1);
+    assert_good(solve_trials_run(trials, 1, values, false, residuals, &error), &error);
+    assert_good(solve_trials_run(alone, 1, values, false, again, &error), &error);
+    assert_memory_equal(residuals, again, sizeof residuals);
+    for (int k = 0; k < 2 * UNKNOWNS; k++) {
+        memcpy(trial[k], values, sizeof values);
+        trial[k][k / 2] *= 1 + (k % 2 ? off : -off);
+        ends[k] = trial[k][k / 2];
+    }
+    assert_good(solve_trials_differentiate(trials, values, ends, residuals, room[0], jacobian[0],
+                                           &solved, &error),
+                &error);
+    assert_int_equal(solved, 0); /* none by differences */
+    assert_good(solve_trials_run(trials, 2 * UNKNOWNS, trial[0], false, beside[0], &error), &error);
+    for (int i = 0; i < UNKNOWNS; i++) {
+        double largest = 0, worst = 0;
+        for (int k = 0; k < NUMBERS; k++) {
+            const double by =
+                (beside[2 * i + 1][k] - beside[2 * i][k]) / (ends[2 * i + 1] - ends[2 * i]);
+            largest = fmax(largest, fabs(by));
+            worst = fmax(worst, fabs(by - jacobian[i][k]));
+        }
+        assert_true(largest > 0);
+        if (worst > 1e-5 * largest) {
+            fail_msg("unknown %d: %g of %g", i, worst, largest);
+        }
+    }
+    solve_trials_free(trials);
+    solve_trials_free(alone);
+    finish(&x);
+}
+
+/* Files whose t falls have two; values that differ at one instant are no inputs; the same rows in
+ * another list are the same recording. */
+static void test_what_is_one(void **state)
+{
+    static recorded_arm x;
+    static const solve_inputs *again[ROWS];
+    double t[6] = {0, 1, 2, 0, 1, 2}, pull[6] = {1, 2, 3, 1, 1, 2}, at_once[6] = {0, 0, 1, 1, 2, 2};
+    const double *known[PARAMETERS] = {x.columns[PULL]}, *others[PARAMETERS] = {pull};
+    const solve_inputs *of[6];
+    ad_error error;
+    (void)state;
+    make(&x);
+    assert_good(recorded_inputs_find(x.inputs, &x.open, "arm.csv", ROWS, x.t, known, again, &error),
+                &error);
+    assert_ptr_equal(again[0], x.of[0]);
+    assert_int_equal(x.of[0]->count, SAMPLES);
+    assert_good(recorded_inputs_find(x.inputs, &x.open, "two.csv", 6, t, others, of, &error),
+                &error);
+    assert_int_equal(of[2]->number, 2);
+    assert_int_equal(of[3]->number, 3);
+    pull[1] = 7;
+    assert_good(recorded_inputs_find(x.inputs, &x.open, "no.csv", 6, at_once, others, of, &error),
+                &error);
+    assert_null(of[0]);
+    t[0] = 0.5;
+    assert_int_equal(recorded_inputs_find(x.inputs, &x.open, "late.csv", 3, t, others, of, &error),
+                     AD_BAD_INPUT);
+    assert_string_equal(error.message,
+                        "late.csv: inputs begin at t = 0.5 s; allowed: from t = 0 on, "
+                        "where the motion begins");
+    finish(&x);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_derivatives),
+                                       cmocka_unit_test(test_what_is_one)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
