@@ -60,6 +60,16 @@ check stiffness -- near "$(pick stiffness value)" 0.8 "$(four stiffness)"
 check damping -- near "$(pick material_relaxation_time value)" 0.03 "$(four material_relaxation_time)"
 check known well -- near "$(pick stiffness standard_deviation)" 0 2e-3
 
+# Cameras that are a sample late, and off the axis: what they saw stands in the rows of the next sample.
+awk -F, -v OFS=, 'NR == 2 || NR == 3 { print $1, $2, $3, $4, $5, "", "", "" } NR > 3 { print $1, $2, $3, $4, $5, x[NR % 2], y[NR % 2], z[NR % 2] } NR == 1 { print }
+    { x[NR % 2] = $6; y[NR % 2] = $7; z[NR % 2] = $8 }' light.csv.measured.csv >late.csv
+run 0 cpinn-solve arm.yaml --set 'parameters.stiffness={identify: 1.2, range: [0.5, 2]}' \
+    --set 'data=[{quantity: position, file: late.csv, noise: 3.0e-4, delay: {identify: 0.05, range: [0, 0.1]}, marker: [{identify: 0.01, range: [-0.02, 0.02]}, 0]}]' --json found.json
+check delay -- near "$(pick data_0_delay value)" 0.02 "$(four data_0_delay)"
+check marker -- near "$(pick data_0_marker_0 value)" 0 "$(four data_0_marker_0)"
+check stiffness with a delay -- near "$(pick stiffness value)" 0.8 "$(four stiffness)"
+check delay known well -- near "$(pick data_0_delay standard_deviation)" 0 1e-3
+
 # The filter finds the payload of both recordings, and the model predicts to the noise: what is
 # measured has 0.3 mm in three directions, 0.52 mm, one sample and half a second ahead.
 each() { tr -d '\n ' <replay.json | sed 's/.*"recordings":\[//' | tr '{' '\n' | grep -o "\"$1\":[-0-9.e]*" | cut -d: -f2; }

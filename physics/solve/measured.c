@@ -18,6 +18,7 @@ void solve_trials_free(solve_trials *trials)
         ad_pool_free(trials->pool);
         free(trials->row);
         free(trials->known);
+        free(trials->views);
         free(trials->first);
         free(trials->at);
         free(trials->curvature);
@@ -120,7 +121,8 @@ size_t solve_trials_thin(solve_trials *trials, size_t every)
     return count;
 }
 
-static void take_row(solve_trials *trials, const solve_measured *set, size_t row)
+static void take_row(solve_trials *trials, const solve_measured *set, const measured_view *view,
+                     size_t row)
 {
     const size_t count = (size_t)trials->open.parameter_count;
     double *known = trials->known + trials->rows * count;
@@ -133,6 +135,7 @@ static void take_row(solve_trials *trials, const solve_measured *set, size_t row
     }
     trials->row[trials->rows++] =
         (measured_row){.set = set,
+                       .view = view,
                        .row = row,
                        .known = known,
                        .known_count = (int)count,
@@ -154,12 +157,17 @@ static ad_status take_rows(solve_trials *trials, int sets, const solve_measured 
     trials->known =
         malloc((rows * (size_t)trials->open.parameter_count + 1) * sizeof *trials->known);
     trials->first = malloc((rows + 1) * sizeof *trials->first);
-    if (!trials->row || !trials->known || !trials->first) {
+    trials->views = malloc(((size_t)sets + 1) * sizeof *trials->views);
+    if (!trials->row || !trials->known || !trials->first || !trials->views) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu measured rows", rows);
     }
     for (int i = 0; i < sets; i++) {
+        const solve_view *view = measured[i].view;
+        if (view) {
+            measured_view_prepare(view, &trials->open, &trials->views[i]);
+        }
         for (size_t row = 0; row < measured[i].rows; row++) {
-            take_row(trials, &measured[i], row);
+            take_row(trials, &measured[i], view ? &trials->views[i] : NULL, row);
         }
     }
     qsort(trials->row, rows, sizeof *trials->row, compare_rows);
@@ -278,7 +286,10 @@ ad_status solve_trials_create(const scene *open, int sets, const solve_measured 
     trials->first_rotation = physics->position_columns;
     for (int i = 0; i < sets; i++) {
         const int last = measured[i].column[measured[i].columns - 1];
-        trials->columns = last >= trials->columns ? last + 1 : trials->columns;
+        const int needed = measured[i].view && last < physics->position_columns
+                               ? physics->position_columns + physics->rotation_columns
+                               : last + 1;
+        trials->columns = needed > trials->columns ? needed : trials->columns;
     }
     ad_status status = ad_pool_open(threads, &trials->pool, error);
     status = status == AD_OK ? take_rows(trials, sets, measured, error) : status;
@@ -316,17 +327,35 @@ static void rotation_between(const double p[4], const double q[4], double vector
     }
 }
 
+/* What is compared: columns of the model, or as they are seen. */
+static double seen(const measured_row *of, const double *computed, size_t stride,
+                   const double pose[3 + QUATERNION], int column)
+{
+    return of->view && of->view->moves && column < 3 + QUATERNION
+               ? pose[column]
+               : computed[(size_t)column * stride];
+}
+
 void solve_trials_compare(const solve_trials *trials, const measured_row *of,
-                          const double *computed, size_t stride, double *residuals)
+                          const double *parameters, const double *computed, size_t stride,
+                          double *residuals)
 {
     const solve_measured *set = of->set;
+    double pose[3 + QUATERNION];
+    for (int i = 0; i < 3 + QUATERNION && of->view && of->view->moves; i++) {
+        pose[i] = computed[(size_t)i * stride];
+    }
+    if (of->view && of->view->moves) {
+        quaternion_normalize(pose + 3);
+        measured_view_take(of->view, set->s[of->row], of->t, parameters, pose, pose + 3);
+    }
     for (int c = 0; c < set->columns; c++) {
         const double *measured = set->values + (size_t)c * set->rows + of->row;
         if (starts_quaternion(trials, set->column[c])) {
             double p[4], q[4], vector[3];
             for (int i = 0; i < QUATERNION; i++) {
                 p[i] = measured[(size_t)i * set->rows];
-                q[i] = computed[(size_t)(set->column[c] + i) * stride];
+                q[i] = seen(of, computed, stride, pose, set->column[c] + i);
             }
             rotation_between(p, q, vector);
             for (int i = 0; i < 3; i++) {
@@ -334,15 +363,25 @@ void solve_trials_compare(const solve_trials *trials, const measured_row *of,
             }
             c += QUATERNION - 1;
         } else if (!isnan(*measured)) {
-            *residuals++ = (computed[(size_t)set->column[c] * stride] - *measured) / set->noise[c];
+            *residuals++ =
+                (seen(of, computed, stride, pose, set->column[c]) - *measured) / set->noise[c];
         }
     }
 }
 
 /* ---- one by one ---------------------------------------------------------------------------- */
 
-static ad_status evaluate(const solve_trials *trials, size_t experiment, const solution *solved,
-                          double *residuals, ad_error *error)
+double solve_trials_time(const solve_trials *trials, const measured_row *row,
+                         const double *parameters)
+{
+    const double t = row->view
+                         ? measured_view_time(row->view, row->set->s[row->row], row->t, parameters)
+                         : row->t;
+    return fmin(scene_duration(&trials->open), fmax(0, t));
+}
+
+static ad_status evaluate(const solve_trials *trials, size_t experiment, const double *parameters,
+                          const solution *solved, double *residuals, ad_error *error)
 {
     const size_t first = trials->first[experiment], rows = trials->first[experiment + 1] - first;
     double *s = malloc((2 + (size_t)trials->columns) * rows * sizeof *s);
@@ -352,11 +391,11 @@ static ad_status evaluate(const solve_trials *trials, size_t experiment, const s
     double *t = s + rows, *values = t + rows;
     for (size_t i = 0; i < rows; i++) {
         s[i] = trials->row[first + i].set->s[trials->row[first + i].row];
-        t[i] = trials->row[first + i].t;
+        t[i] = solve_trials_time(trials, &trials->row[first + i], parameters);
     }
     ad_status status = solution_evaluate(solved, trials->columns, rows, s, t, values, error);
     for (size_t i = 0; status == AD_OK && i < rows; i++) {
-        solve_trials_compare(trials, &trials->row[first + i], values + i, rows,
+        solve_trials_compare(trials, &trials->row[first + i], parameters, values + i, rows,
                              residuals + trials->row[first + i].residual);
     }
     free(s);
@@ -392,7 +431,7 @@ static ad_status solve_one(solve_trials *trials, size_t experiment, int thread,
     double *times = malloc(rows * sizeof *times);
     scene_member(&trials->open, parameters, &member);
     for (size_t i = 0; times && i < rows; i++) {
-        times[i] = trials->row[first + i].t;
+        times[i] = solve_trials_time(trials, &trials->row[first + i], parameters);
     }
     ad_status status =
         times ? check(&member, error) : ad_fail(error, AD_NO_MEMORY, "out of memory for times");
@@ -417,7 +456,7 @@ static ad_status solve_one(solve_trials *trials, size_t experiment, int thread,
                     report.load_fraction);
     }
     if (status == AD_OK) {
-        status = evaluate(trials, experiment, solved, residuals, error);
+        status = evaluate(trials, experiment, parameters, solved, residuals, error);
     }
     if (status == AD_OK && trials->chooses && trials->nodes[experiment] == 0) {
         trials->nodes[experiment] = report.nodes;
@@ -493,8 +532,9 @@ static ad_status run_members(trial_batch *b, size_t first, size_t trials, double
         }
         for (size_t r = of->first[experiment]; r < of->first[experiment + 1]; r++) {
             const measured_row *row = &of->row[r];
-            solve_trials_compare(of, row, shapes + i * shape + row->place * SOLVE_MEMBERS_COLUMNS,
-                                 1, b->residuals + trial * of->residuals + row->residual);
+            solve_trials_compare(of, row, parameters + i * width,
+                                 shapes + i * shape + row->place * SOLVE_MEMBERS_COLUMNS, 1,
+                                 b->residuals + trial * of->residuals + row->residual);
         }
     }
     free(results);

@@ -13,6 +13,7 @@
 #include "physics/learn/model.h"
 #include "physics/solve/recording.h"
 #include "physics/solve/solve.h"
+#include "physics/solve/view.h"
 
 /* Rows of measured numbers, in SI; borrowed. Of a rotation in space all four numbers are there or
  * none: its residual is the rotation vector between the two, with the noise of its first column, in
@@ -27,6 +28,8 @@ typedef struct solve_measured {
     double noise[MODEL_COLUMNS_MAX];   /* [columns] standard deviation, > 0, in the column's unit */
     const double *values;              /* [columns][rows]; NaN: missing, and does not count */
     const solve_inputs *const *inputs; /* [rows] over time, NULL: none of a row; NULL: of none */
+    const solve_view *view; /* of positions and rotations in space, of which all columns are there;
+                             * its delay of any quantity. NULL: they are those of the axis */
 } solve_measured;
 
 size_t solve_measured_missing(const solve_measured *set); /* numbers that are */

@@ -2,6 +2,8 @@
  * the implicit function theorem; experiments that members do not solve are solved beside. */
 #include "physics/solve/measured_trials.h"
 
+#include "physics/numerics/quaternion.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -23,29 +25,35 @@ typedef struct change {
 
 /* ---- by members ---------------------------------------------------------------------------- */
 
-/* Of a row's residuals by one unknown, by which the columns change as `by`, each `stride` numbers
- * after the one before. */
-static void compare_change(const change *c, const measured_row *row, const double *columns,
-                           const double *by, size_t stride, double range, double *to)
+/* Of a row's residuals by the parameter `unknown`, by which the columns change as `by`, each
+ * `stride` numbers after the one before, and what is seen of them by itself. */
+static void compare_change(const change *c, const measured_row *row, const double *parameters,
+                           int unknown, const double *columns, const double *by, size_t stride,
+                           double *to)
 {
     static const double WEIGHT[4] = {1.0 / 12, -8.0 / 12, 8.0 / 12, -1.0 / 12};
     static const int AT[4] = {-2, -1, 1, 2};
-    double beside[SOLVE_MEMBERS_COLUMNS], residuals[SOLVE_MEMBERS_COLUMNS];
+    double beside[MODEL_COLUMNS_MAX], residuals[MODEL_COLUMNS_MAX];
+    double moved[SCENE_PARAMETERS_MAX];
     const size_t count = solve_trials_row_residuals(c->x, row);
-    const double step = BESIDE * range;
+    const double step =
+        BESIDE * scene_parameter_slope(&c->x->open.parameters[unknown], parameters[unknown]);
     memset(to, 0, count * sizeof *to);
+    memcpy(moved, parameters, (size_t)c->x->open.parameter_count * sizeof *moved);
     for (int k = 0; k < 4; k++) {
-        for (size_t i = 0; i < SOLVE_MEMBERS_COLUMNS; i++) {
-            beside[i] = columns[i] + AT[k] * step * by[i * stride];
+        for (int i = 0; i < c->x->columns; i++) {
+            beside[i] = columns[i] + AT[k] * step * by[(size_t)i * stride];
         }
-        solve_trials_compare(c->x, row, beside, 1, residuals);
+        moved[unknown] = parameters[unknown] + AT[k] * step;
+        solve_trials_compare(c->x, row, moved, beside, 1, residuals);
         for (size_t i = 0; i < count; i++) {
             to[i] += WEIGHT[k] / step * residuals[i];
         }
     }
 }
 
-static void put_rows(const change *c, size_t experiment, const double *shapes, const double *by)
+static void put_rows(const change *c, size_t experiment, const double *parameters,
+                     const double *shapes, const double *by)
 {
     const solve_trials *x = c->x;
     const size_t width = (size_t)x->open.parameter_count, known = width - (size_t)x->unknowns;
@@ -53,9 +61,8 @@ static void put_rows(const change *c, size_t experiment, const double *shapes, c
         const measured_row *row = &x->row[r];
         const size_t first = row->place * SOLVE_MEMBERS_COLUMNS;
         for (size_t i = 0; i < (size_t)x->unknowns; i++) {
-            const double range =
-                scene_parameter_slope(&x->open.parameters[known + i], c->values[i]);
-            compare_change(c, row, shapes + first, by + first * width + known + i, width, range,
+            compare_change(c, row, parameters, (int)(known + i), shapes + first,
+                           by + first * width + known + i, width,
                            c->jacobian + i * x->residuals + row->residual);
         }
     }
@@ -77,7 +84,8 @@ static ad_status change_members(const change *c, size_t first, size_t count, dou
     status = status == AD_OK ? solve_members_jacobian(x->members, count, room, curvature, by, error)
                              : status;
     for (size_t i = 0; status == AD_OK && i < count; i++) {
-        put_rows(c, (first + i) * x->every, shapes + i * shape, by + i * shape * width);
+        put_rows(c, (first + i) * x->every, room + i * width, shapes + i * shape,
+                 by + i * shape * width);
     }
     return status;
 }
@@ -109,20 +117,73 @@ typedef struct change_jobs {
     ad_error *error;
 } change_jobs;
 
+typedef struct change_rows {
+    const change *c;
+    const double *parameters; /* of an experiment */
+} change_rows;
+
+/* By how much later the rod is looked at, by a parameter; 0 before its motion begins. */
+static double time_change(const change_rows *rows, const measured_row *row, int parameter)
+{
+    const scene *open = &rows->c->x->open;
+    double moved[SCENE_PARAMETERS_MAX], t[2];
+    if (!row->view ||
+        !quantity_depends_on(row->view->of->delay, open->parameters[parameter].name)) {
+        return 0;
+    }
+    const double step =
+        BESIDE * scene_parameter_slope(&open->parameters[parameter], rows->parameters[parameter]);
+    memcpy(moved, rows->parameters, (size_t)open->parameter_count * sizeof *moved);
+    for (int k = 0; k < 2; k++) {
+        moved[parameter] = rows->parameters[parameter] + (k ? step : -step);
+        t[k] = solve_trials_time(rows->c->x, row, moved);
+    }
+    return (t[1] - t[0]) / (2 * step);
+}
+
+/* The change of position and rotation with time is added, `by` so much of it. */
+static void add_motion(const scene *open, const double *columns, size_t stride, double by,
+                       double *change_of)
+{
+    const scene_physics *physics = scene_physics_of(open);
+    double q[4], turn[3], rate[4];
+    size_t velocity = 0;
+    while (strcmp(physics->columns[velocity].name, "vx") != 0) {
+        velocity++;
+    }
+    for (size_t i = 0; i < 3; i++) {
+        change_of[i] += by * columns[(velocity + i) * stride];
+        turn[i] = columns[(velocity + 3 + i) * stride] / 2;
+    }
+    for (size_t i = 0; i < 4; i++) {
+        q[i] = columns[(3 + i) * stride];
+    }
+    quaternion_times_vector(q, turn, rate); /* angular velocities are those of the section */
+    for (size_t i = 0; i < 4; i++) {
+        change_of[3 + i] += by * rate[i];
+    }
+}
+
 static void take_change(void *context, const measured_row *row, const double *columns,
                         const double *change_of, size_t width, size_t stride)
 {
-    const change *c = context;
-    const int known = scene_known_count(&c->x->open);
-    double now[SOLVE_MEMBERS_COLUMNS];
-    for (size_t i = 0; i < SOLVE_MEMBERS_COLUMNS; i++) {
-        now[i] = columns[i * stride];
+    const change_rows *rows = context;
+    const solve_trials *x = rows->c->x;
+    const int known = scene_known_count(&x->open);
+    double now[MODEL_COLUMNS_MAX], by[MODEL_COLUMNS_MAX] = {0};
+    for (int k = 0; k < x->columns; k++) {
+        now[k] = columns[(size_t)k * stride];
     }
-    for (size_t i = 0; i < (size_t)c->x->unknowns; i++) {
-        const double range =
-            scene_parameter_slope(&c->x->open.parameters[known + (int)i], c->values[i]);
-        compare_change(c, row, now, change_of + i * width, stride, range,
-                       c->jacobian + i * c->x->residuals + row->residual);
+    for (size_t i = 0; i < (size_t)x->unknowns; i++) {
+        const double later = time_change(rows, row, known + (int)i);
+        for (int k = 0; k < x->columns; k++) {
+            by[k] = change_of[i * width + (size_t)k * stride];
+        }
+        if (later != 0) {
+            add_motion(&x->open, columns, stride, later, by);
+        }
+        compare_change(rows->c, row, rows->parameters, known + (int)i, now, by, 1,
+                       rows->c->jacobian + i * x->residuals + row->residual);
     }
 }
 
@@ -133,8 +194,9 @@ static void change_recording(void *context, int item, int thread)
     double parameters[SCENE_PARAMETERS_MAX];
     if (x->row[x->first[item]].inputs && (size_t)item % x->every == 0) {
         solve_trials_fill(x, jobs->c->values, (size_t)item, parameters);
-        jobs->status[item] = solve_trials_follow_change(
-            x, (size_t)item, thread, parameters, take_change, (void *)jobs->c, &jobs->error[item]);
+        change_rows rows = {jobs->c, parameters};
+        jobs->status[item] = solve_trials_follow_change(x, (size_t)item, thread, parameters,
+                                                        take_change, &rows, &jobs->error[item]);
     }
 }
 

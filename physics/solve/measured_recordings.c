@@ -41,14 +41,22 @@ ad_status solve_trials_record(solve_trials *trials, int more, ad_error *error)
     return status;
 }
 
-/* Of an experiment, as solve_recording_run has it. */
+/* Of an experiment, as solve_recording_run has it: its rows in the order of their times, which
+ * delays may change. */
 typedef struct following {
     solve_recording *by;
     const solve_inputs *inputs;
     const double *parameters, *t;
     const size_t *places;
     size_t rows;
+    const measured_row **row; /* [rows] */
 } following;
+
+static void free_rows(following *f)
+{
+    free((void *)f->t);
+    free(f->row);
+}
 
 static ad_status run(const following *f, int parts, double *values, ad_error *error)
 {
@@ -75,20 +83,31 @@ static ad_status refine(const solve_trials *trials, const following *f, int *par
     return status;
 }
 
-/* Times and places of the rows of an experiment, which are the caller's to free as f->t. */
+/* Times and places of the rows of an experiment, for free_rows. */
 static ad_status open_rows(const solve_trials *trials, size_t experiment, int thread,
                            const double *parameters, following *f, ad_error *error)
 {
     const size_t first = trials->first[experiment], rows = trials->first[experiment + 1] - first;
-    const measured_row *row = trials->row + first;
     double *t = malloc(rows * (sizeof(double) + sizeof(size_t)));
     size_t *places = t ? (size_t *)(void *)(t + rows) : NULL;
-    for (size_t i = 0; i < rows && t; i++) {
-        t[i] = row[i].t;
-        places[i] = row[i].place;
+    const measured_row **row = malloc(rows * sizeof *row);
+    for (size_t i = 0; i < rows && t && row; i++) {
+        const measured_row *of = &trials->row[first + i];
+        const double time = solve_trials_time(trials, of, parameters);
+        size_t at = i;
+        for (; at > 0 && t[at - 1] > time; at--) {
+            t[at] = t[at - 1];
+            row[at] = row[at - 1];
+        }
+        t[at] = time;
+        row[at] = of;
     }
-    *f = (following){trials->recordings[thread], row->inputs, parameters, t, places, rows};
-    return t ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu rows", rows);
+    for (size_t i = 0; i < rows && t && row; i++) {
+        places[i] = row[i]->place;
+    }
+    *f = (following){
+        trials->recordings[thread], trials->row[first].inputs, parameters, t, places, rows, row};
+    return t && row ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu rows", rows);
 }
 
 ad_status solve_trials_follow(solve_trials *trials, size_t experiment, int thread,
@@ -97,7 +116,6 @@ ad_status solve_trials_follow(solve_trials *trials, size_t experiment, int threa
     following f;
     ad_status status = open_rows(trials, experiment, thread, parameters, &f, error);
     const size_t width = (size_t)scene_physics_of(&trials->open)->column_count * f.rows;
-    const measured_row *row = trials->row + trials->first[experiment];
     double *values = status == AD_OK ? malloc(2 * width * sizeof *values) : NULL;
     int parts = trials->nodes[experiment] > 0 ? (int)trials->nodes[experiment] : 1;
     if (status == AD_OK) {
@@ -109,9 +127,10 @@ ad_status solve_trials_follow(solve_trials *trials, size_t experiment, int threa
         trials->nodes[experiment] = parts;
     }
     for (size_t i = 0; i < f.rows && status == AD_OK; i++) {
-        solve_trials_compare(trials, &row[i], values + i, f.rows, residuals + row[i].residual);
+        solve_trials_compare(trials, f.row[i], parameters, values + i, f.rows,
+                             residuals + f.row[i]->residual);
     }
-    free((void *)f.t);
+    free_rows(&f);
     free(values);
     return status;
 }
@@ -133,10 +152,9 @@ ad_status solve_trials_follow_change(solve_trials *trials, size_t experiment, in
                      : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu rows", f.rows);
     }
     for (size_t i = 0; i < f.rows && status == AD_OK; i++) {
-        take(context, trials->row + trials->first[experiment] + i, values + i, values + width + i,
-             width, f.rows);
+        take(context, f.row[i], values + i, values + width + i, width, f.rows);
     }
-    free((void *)f.t);
+    free_rows(&f);
     free(values);
     return status;
 }

@@ -4,10 +4,12 @@
 
 #include "physics/chain/solve_members.h"
 #include "physics/solve/measured.h"
+#include "physics/solve/measured_view.h"
 
 /* One row of one set; rows of an experiment follow one another, in the order of their times. */
 typedef struct measured_row {
     const solve_measured *set;
+    const measured_view *view; /* NULL: none */
     size_t row;
     const double *known; /* [parameter_count], 0 for unknowns */
     int known_count;
@@ -26,6 +28,7 @@ struct solve_trials {
     ad_pool *pool;
     size_t rows, residuals, experiments, every; /* of the experiments each so many-th counts */
     measured_row *row;
+    measured_view *views;   /* [sets] */
     double *known;          /* [rows][parameter_count] */
     size_t *first;          /* [experiments + 1] rows */
     double *at, *curvature; /* [unknowns] of the last single trial by members, and its curvature,
@@ -57,10 +60,15 @@ size_t solve_trials_counted(const solve_trials *trials);
 void solve_trials_fill(const solve_trials *trials, const double *values, size_t experiment,
                        double *parameters);
 
+/* The time of the rod of a row, within its motion. */
+double solve_trials_time(const solve_trials *trials, const measured_row *row,
+                         const double *parameters);
+
 /* Residuals of one row, from the computed columns of the model, each `stride` numbers after the one
- * before. */
+ * before, and the parameters of its trial. */
 void solve_trials_compare(const solve_trials *trials, const measured_row *of,
-                          const double *computed, size_t stride, double *residuals);
+                          const double *parameters, const double *computed, size_t stride,
+                          double *residuals);
 size_t solve_trials_row_residuals(const solve_trials *trials, const measured_row *of);
 
 /* Residuals of an experiment become no numbers, 0 where it does not count. */

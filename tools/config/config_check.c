@@ -147,6 +147,17 @@ static ad_status parse_field(config *experiment, const config_key *key, int inde
     return status;
 }
 
+/* Whether how measured points are seen depends on a parameter. */
+static bool is_in_views(const config *experiment, const char *name)
+{
+    bool found = false;
+    for (int i = 0; i < experiment->settings.data_count; i++) {
+        const solve_view *view = &experiment->settings.data[i].view;
+        found = found || solve_view_depends_on(view, name);
+    }
+    return found;
+}
+
 /* Whether formulas of columns that are measured have the name. */
 static bool is_in_columns(const config *experiment, const char *name)
 {
@@ -164,7 +175,7 @@ static ad_status check_uses(const config *experiment, ad_error *error)
     char path[CONFIG_PATH_MAX];
     for (int i = 0; i < experiment->scene.parameter_count; i++) {
         const char *name = experiment->scene.parameters[i].name;
-        if (!scene_uses(&experiment->scene, name)) {
+        if (!scene_uses(&experiment->scene, name) && !is_in_views(experiment, name)) {
             snprintf(path, sizeof path, "parameters.%s", name);
             return config_blame(experiment->source, error, path,
                                 "has a range, but no formula of the scene uses it");

@@ -171,6 +171,11 @@ static ad_status add_set(physics_model *m, measured *measured, const train_data 
     *set = (measured_set){.m = m,
                           .quantity = of->quantity,
                           .rows = &measurements_sets(measured->files)[measured->count - 1]};
+    if (set->rows->view) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "is seen by a marker, a frame or a delay; networks take points of the axis, "
+                       "cpinn-solve finds unknowns from others, too");
+    }
     ad_status status = take_places(set, error);
     for (int i = 0; status == AD_OK && i < m->domain.windows; i++) {
         size_t rows = rows_in_window(set, i);

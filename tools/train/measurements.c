@@ -175,8 +175,9 @@ static ad_status find_columns(reading *r, const solve_measured *set, ad_error *e
     }
     ad_status status = check_names(r, set, error);
     status = status == AD_OK ? need(r, "s", "the place along the rod in m", &r->s, error) : status;
-    if (status == AD_OK && scene_is_dynamic(open)) {
-        status = need(r, "t", "the time in s", &r->t, error);
+    if (status == AD_OK && scene_is_dynamic(open) &&
+        (!(r->data->rate > 0) || measured_columns_say(r->columns, "t"))) {
+        status = need(r, "t", "the time in s; or give its rate in Hz", &r->t, error);
     }
     for (int i = 0; i < scene_known_count(open) && status == AD_OK; i++) {
         const char *name = open->parameters[i].name;
@@ -286,8 +287,9 @@ static ad_status take_row(const reading *r, size_t row, double *s, double *t, do
     *s = fmin(length, fmax(0, r->s[row]));
     *t = 0;
     if (status == AD_OK && scene_is_dynamic(open)) {
-        *t = fmin(duration, fmax(0, r->t[row]));
-        status = check_number(r, row, "t", r->t[row], 0, duration, error);
+        const double at = r->t ? r->t[row] : (double)(row / table_inner(r->table)) / r->data->rate;
+        *t = fmin(duration, fmax(0, at));
+        status = check_number(r, row, "t", at, 0, duration, error);
     }
     for (int k = 0; k < open->parameter_count && status == AD_OK; k++) {
         const scene_parameter *p = &open->parameters[k];
@@ -379,8 +381,40 @@ static ad_status fill_set(reading *r, solve_measured *set, double **numbers, siz
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu measured rows", rows);
     }
     status = take_rows(r, set, *numbers, missing, error);
-    return status == AD_OK && r->data->quantity == TRAIN_POSITION ? check_positions(r, set, error)
-                                                                  : status;
+    /* cameras may stand anywhere */
+    const bool is_of_scene =
+        r->data->quantity == TRAIN_POSITION && !quantity_any_given(3, r->data->view.position);
+    return status == AD_OK && is_of_scene ? check_positions(r, set, error) : status;
+}
+
+/* What is seen beside the axis, or by a frame of its own. */
+static ad_status check_view(const scene *open, const train_data *file, int index, char *key,
+                            ad_error *error)
+{
+    const solve_view *view = &file->view;
+    const bool placed = file->quantity == TRAIN_POSITION && !scene_is_beam(open);
+    const bool turned = file->quantity == TRAIN_ROTATION && !scene_is_beam(open);
+    const struct {
+        const char *key, *allowed;
+        bool wrong;
+    } rows[] = {{"marker", "of positions of a rod", quantity_any_given(3, view->marker) && !placed},
+                {"frame.position", "of positions of a rod",
+                 quantity_any_given(3, view->position) && !placed},
+                {"frame.rotation", "of positions and rotations of a rod",
+                 quantity_any_given(4, view->rotation) && !placed && !turned},
+                {"frame.rotation_vector",
+                 "of positions and rotations of a rod, without frame.rotation",
+                 quantity_any_given(3, view->rotation_vector) &&
+                     ((!placed && !turned) || quantity_any_given(4, view->rotation))},
+                {"delay", "in motion", view->delay.is_given && !scene_is_dynamic(open)},
+                {"rate", "in motion", file->rate > 0 && !scene_is_dynamic(open)}};
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        if (rows[i].wrong) {
+            snprintf(key, TRAIN_KEY_MAX, "data[%d].%s", index, rows[i].key);
+            return ad_fail(error, AD_BAD_INPUT, "is given here; allowed: %s", rows[i].allowed);
+        }
+    }
+    return AD_OK;
 }
 
 static ad_status read_file(const scene *open, const train_data *file, int index,
@@ -395,7 +429,12 @@ static ad_status read_file(const scene *open, const train_data *file, int index,
         return ad_fail(error, AD_BAD_INPUT, "this scene has no %s",
                        train_quantity_names()[file->quantity]);
     }
+    ad_status status = check_view(open, file, index, key, error);
+    if (status != AD_OK) {
+        return status;
+    }
     snprintf(key, TRAIN_KEY_MAX, "data[%d].file", index);
+    set->view = solve_view_is_given(&file->view) ? &file->view : NULL;
     for (int c = 0; c < set->columns; c++) {
         set->column[c] = first + c;
         set->noise[c] = file->noise > 0 ? file->noise : 1;
@@ -403,7 +442,7 @@ static ad_status read_file(const scene *open, const train_data *file, int index,
     measurements->entry[at] = index;
     *(file->held_out ? &measurements->held_out : &measurements->count) += 1;
     reading r = {.open = open, .data = file, .key = key, .of = measurements};
-    ad_status status = table_read(file->file, TABLE_MEASURED, &table, error);
+    status = table_read(file->file, TABLE_MEASURED, &table, error);
     r.table = table;
     if (status == AD_OK) {
         status = measured_columns_create(table, open->names, file->columns, &r.columns, error);
