@@ -37,6 +37,21 @@ check no reference, no difference -- test "$(grep -c difference stdout.txt)" -eq
 refused '^cpinn-solve: --method stress; allowed: collocation, modes' \
     cpinn-solve "$elastica" --method stress
 
+# ---- rows of commands --------------------------------------------------------------------------
+
+# The same tension again leaves the shape of the first time, and that of the way down is another one.
+printf 'pull\n1\n2\n1\n2\n' >rows.csv
+run 0 cpinn-solve "$ROOT/configs/hysteresis/tendon.yaml" --rows rows.csv --tolerance 1e-6 --grid 2 --out tips.csv --json rows.json
+said stdout.txt '^tendon: 4 of 4 rows in their order, largest estimated error'
+awk -F, 'NR > 1 && $2 > 0 { print $3 }' tips.csv >tips.txt
+check a loop that is closed -- awk '{ x[NR] = $1 } END { d = x[4] - x[2]; if (d < 0) d = -d
+    exit !(NR == 4 && d < 1e-6 && x[3] - x[1] > 5e-3) }' tips.txt
+printf 'pull\n5\n' >far.csv
+refused 'far.csv:2: pull = 5 is outside its range; allowed: 0.01 to 3' \
+    cpinn-solve "$ROOT/configs/hysteresis/tendon.yaml" --rows far.csv
+refused '^--rows: allowed: of a scene at rest with parameters' cpinn-solve "$elastica" --rows rows.csv
+refused '^cpinn-solve: --rows with --at' cpinn-solve "$elastica" --rows rows.csv --at pull=1
+
 # ---- motions by strain modes ------------------------------------------------------------------
 
 run 0 cpinn-solve "$ROOT/configs/soft_arm.yaml" --method modes --tolerance 1e-3

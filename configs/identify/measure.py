@@ -57,3 +57,13 @@ for i in range(16):
     at = ",".join(f"{name}={value}" for name, value in known.items()) + ",modulus=2.6e5,pitch=9.2e-3"
     rows.append({**noisy(solve("../tutorial/measured.yaml", at, "2")[-1], 5e-4, draw), **known})
 write("../tutorial/tips.csv", ["tension1", "tension2", "tension3", "s", "x", "y", "z"], rows)
+
+# Motors go to and fro at random; what their drums do is computed here, and solved without a play.
+rows, drums = [], [0.0, 0.0]
+for i in range(40):
+    winds = [round(draw.uniform(0, 6), 2) * 1e-3 for k in range(2)]
+    drums = [max(wind - r, min(wind + r, drum)) for wind, drum, r in zip(winds, drums, (4e-4, 7e-4))]
+    at = (f"wind1={drums[0]},wind2={drums[1]},play1=0,play2=0,loose=3e-4,stiff=4000")
+    rows.append({**noisy(solve("backlash.yaml", at, "2")[-1], 2e-4, draw),
+                 "wind1": winds[0], "wind2": winds[1]})
+write("backlash_tips.csv", ["wind1", "wind2", "s", "x", "y", "z"], rows)

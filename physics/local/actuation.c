@@ -16,7 +16,7 @@ double solve_actuation_pull(const solve_actuation *a, int i)
 {
     const solve_extent *extent = &a->extents[i];
     double pull = a->factor * a->actuators[i].pull + (a->tensions ? a->tensions[i] : 0);
-    pull *= a->rubbed[i] > 0 ? exp(-a->rubbed[i]) : 1;
+    pull *= a->rubbed[i] != 0 ? exp(-a->rubbed[i]) : 1;
     return extent->start <= a->s && a->s <= extent->end ? pull : 0;
 }
 

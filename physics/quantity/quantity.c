@@ -17,6 +17,7 @@ struct quantities {
     quantity_name names[NAMES_MAX];
     quantity_table *tables;
     const quantities *outer;
+    quantity_plays memory;
 };
 
 static const quantity_node no_memory = {
@@ -123,6 +124,12 @@ static quantity written(quantities *owner, const char *text, quantity value)
     }
     const quantity_node *node = node_like(owner, wanted);
     return of_node(node, node->kind == QUANTITY_ERROR ? NAN : value.number);
+}
+
+quantity quantity_written(quantity as, quantity value)
+{
+    const bool known = as.node && as.node->kind == QUANTITY_WRITTEN;
+    return known ? written(as.node->owner, as.node->text, value) : value;
 }
 
 /* A formula of arguments of which one at least is no number. */
@@ -315,6 +322,11 @@ const quantity_table *quantities_table(const quantities *names, const char *name
         table = quantity_table_find(names->tables, name, length);
     }
     return table;
+}
+
+quantity_plays *quantities_memory(quantities *names)
+{
+    return &names->memory;
 }
 
 ad_status quantities_define_table(quantities *names, const char *name, int count, const double *x,
@@ -563,6 +575,55 @@ double quantity_value_with(quantity q, double s, double t, int count, const char
         }
     }
     return q.is_given ? value_of(&q, open, x) : NAN;
+}
+
+int quantities_index(const quantities *names, const char *name)
+{
+    const quantity known = quantities_find(names, name, strlen(name));
+    return known.node && known.node->kind == QUANTITY_OPEN ? known.node->index : -1;
+}
+
+double quantity_value_at(quantity q, int count, const double *x)
+{
+    return q.is_given ? value_of(&q, count, x) : NAN;
+}
+
+/* Of an operation at a point, by its rules for intervals. */
+static double slope_of(const quantity *q, int count, const double *x, const double *direction);
+
+static double slope_of_operation(const quantity_node *node, int count, const double *x,
+                                 const double *direction)
+{
+    quantity_interval at[QUANTITY_ARGUMENTS_MAX], by[QUANTITY_ARGUMENTS_MAX], value;
+    double sum = 0;
+    for (int i = 0; i < node->operation->arity; i++) {
+        const double number = value_of(&node->x[i], count, x);
+        at[i] = (quantity_interval){number, number};
+    }
+    node->operation->range(at, &value, by);
+    for (int i = 0; i < node->operation->arity; i++) {
+        const double slope = slope_of(&node->x[i], count, x, direction);
+        sum += slope != 0 ? slope * quantity_middle(by[i]) : 0;
+    }
+    return sum;
+}
+
+static double slope_of(const quantity *q, int count, const double *x, const double *direction)
+{
+    const quantity_node *node = q->node;
+    if (!node || node->uses == 0) {
+        return 0;
+    }
+    if (node->kind == QUANTITY_OPEN) {
+        return node->index < count ? direction[node->index] : 0;
+    }
+    return node->kind == QUANTITY_WRITTEN ? slope_of(&node->x[0], count, x, direction)
+                                          : slope_of_operation(node, count, x, direction);
+}
+
+double quantity_slope_at(quantity q, int count, const double *x, const double *direction)
+{
+    return q.is_given ? slope_of(&q, count, x, direction) : NAN;
 }
 
 quantity_interval quantity_span(quantity q, double s, double t)

@@ -13,6 +13,7 @@
  *              min(a,b) max(a,b) step(x): 0 for x <= 0, else 1
  *              where(c, a, b): a where c > 0, else b
  *              within(x, a, b): x, which is not a number where it is not in [a, b]
+ *              play(x, r): x with the memory of quantity_play, where names know it
  *              and those that are defined by tables
  *
  * A quantity is a small value that is copied freely. A plain number needs no memory, so that what
@@ -81,6 +82,29 @@ enum { QUANTITY_TABLE_MAX = 200 };
 ad_status quantities_define_table(quantities *names, const char *name, int count, const double *x,
                                   const double *y, ad_error *error);
 
+/* ---- memory ---------------------------------------------------------------------------------- */
+
+/* A play operator of threshold r: a state that follows x within r, as a drive of backlash 2 r does,
+ *
+ *   z = max(x - r, min(x + r, before)),
+ *
+ * `before` the open name of what it was (Krasnosel'skii, Pokrovskii, Systems with Hysteresis, 1989;
+ * Visintin, Differential Models of Hysteresis, 1994). It begins at 0. Each pair of x and r in the
+ * formulas of `names` is one; who evaluates them fills `before` (physics/scene/scene_memory.h). */
+typedef struct quantity_play {
+    char before[32];
+    quantity input, threshold, value; /* x, r, z */
+    double low, high;                 /* where z stays while x is that of t = 0; may be infinite */
+} quantity_play;
+
+enum { QUANTITY_PLAYS_MAX = 16 };
+
+/* Whether formulas that are read from here on may have them. */
+void quantities_know_plays(quantities *names, bool known);
+
+/* [*count], in the order in which their arguments were read, those within others first. */
+const quantity_play *quantities_plays(quantities *names, int *count);
+
 /* ---- making ---------------------------------------------------------------------------------- */
 
 static inline quantity quantity_number(double number)
@@ -127,8 +151,9 @@ static inline double quantity_number_or(quantity a, double otherwise)
  * name of its `quantities` or occurs nowhere. */
 quantity quantity_with(quantity q, int count, const char *const *names, const double *values);
 
-/* With a formula in place of one. */
+/* With a formula in place of one, and that as text as it was written. */
 quantity quantity_put(quantity q, const char *name, quantity value);
+quantity quantity_put_unseen(quantity q, const char *name, quantity value);
 
 /* ---- asking ---------------------------------------------------------------------------------- */
 
@@ -162,6 +187,15 @@ double quantity_value(quantity q, double s, double t);
 /* The same with values [count] of open names [count]. */
 double quantity_value_with(quantity q, double s, double t, int count, const char *const *names,
                            const double *values);
+
+/* The same many times: the index of an open name, s has 0 and t 1 (-1: there is none), and the
+ * value for x [count] of those names by their indices. */
+int quantities_index(const quantities *names, const char *name);
+double quantity_value_at(quantity q, int count, const double *x);
+
+/* Its derivative there along a direction [count], exact but for rounding; where it has a kink, the
+ * mean of both sides. */
+double quantity_slope_at(quantity q, int count, const double *x, const double *direction);
 
 /* ---- enclosures ------------------------------------------------------------------------------ */
 

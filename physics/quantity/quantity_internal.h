@@ -97,6 +97,18 @@ quantity quantity_table_call(const quantity_table *table, quantity x);
 /* The table of that name that formulas of `names` know, NULL: none. */
 const quantity_table *quantities_table(const quantities *names, const char *name, size_t length);
 
+/* quantity_play.c: the plays of `names`, and one of these arguments. */
+typedef struct quantity_plays {
+    bool known;
+    int count;
+    quantity_play play[QUANTITY_PLAYS_MAX];
+} quantity_plays;
+quantity_plays *quantities_memory(quantities *names);
+quantity quantity_play_call(quantities *names, quantity x, quantity r);
+
+/* `value` with the text of a formula as it was written. */
+quantity quantity_written(quantity as, quantity value);
+
 /* Whether the name goes on there with a point and a letter, as "tip.x" does. */
 bool quantity_name_goes_on(const char *at);
 

@@ -178,6 +178,11 @@ quantity quantity_put(quantity q, const char *name, quantity value)
     return replace(q, 1, &name, NULL, &value);
 }
 
+quantity quantity_put_unseen(quantity q, const char *name, quantity value)
+{
+    return quantity_written(q, quantity_put(q, name, value));
+}
+
 static ad_value record(const quantity_recording *on, const quantity *q);
 
 static ad_value record_operation(const quantity_recording *on, const quantity_node *node)

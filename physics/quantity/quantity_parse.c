@@ -214,6 +214,27 @@ static quantity parse_table(quantity_parser *parser, size_t at, const quantity_t
     return parser->status == AD_OK ? parser_checked(parser, at, quantity_table_call(table, x)) : x;
 }
 
+/* play(x, r), the operation max(x - r, min(x + r, before)). */
+static quantity parse_play(quantity_parser *parser, size_t at)
+{
+    static const char what[] = "play takes 2 arguments in parentheses, the input and the threshold";
+    quantity arguments[2];
+    for (int i = 0; i < 2; i++) {
+        if (!parser_accept(parser, i ? ',' : '(')) {
+            return parser_fail(parser, parser->at, what);
+        }
+        arguments[i] = parse_sum(parser);
+        if (parser->status != AD_OK) {
+            return quantity_number(0);
+        }
+    }
+    if (!parser_accept(parser, ')')) {
+        return parser_fail(parser, parser->at, what);
+    }
+    return parser_checked(parser, at,
+                          quantity_play_call(parser->names, arguments[0], arguments[1]));
+}
+
 static quantity parse_name(quantity_parser *parser)
 {
     size_t at = parser->at, length = 0;
@@ -233,6 +254,9 @@ static quantity parse_name(quantity_parser *parser)
     const quantity_table *table = quantities_table(parser->names, name, length);
     if (table) {
         return parse_table(parser, at, table);
+    }
+    if (length == 4 && strncmp(name, "play", 4) == 0 && quantities_memory(parser->names)->known) {
+        return parse_play(parser, at);
     }
     quantities_use(parser->names, name, length);
     quantity known = quantities_find(parser->names, name, length);

@@ -320,7 +320,7 @@ typedef struct scene_beam {
 
 enum { SCENE_WINDOWS_MAX = 1024 }; /* DOMAIN_WINDOWS_MAX */
 
-enum { SCENE_PARAMETERS_MAX = 48 }; /* beside s and t */
+enum { SCENE_PARAMETERS_MAX = QUANTITY_OPEN_MAX - 2 }; /* beside s and t */
 
 #define SCENE_SCALE_LIST(X)                                                                        \
     X(SCENE_LINEAR, "linear") /* as it is */                                                       \
@@ -364,6 +364,8 @@ typedef struct scene {
     int unknown_count; /* of the parameters the last: each one number for all members, to be found
                         * from measurements, */
     double guess[SCENE_PARAMETERS_MAX]; /* from this value of the parameter on, within its range */
+    int memory_count; /* of those that are known the last: what plays were before, and their */
+    quantity memory[QUANTITY_PLAYS_MAX]; /* next values: physics/scene/scene_memory.h */
     scene_formulation formulation;
     scene_motion motion;
     scene_rotation rotation; /* what networks say of it in space; in a plane an angle */
@@ -547,6 +549,12 @@ static inline double scene_duration(const scene *rod_scene)
 static inline int scene_known_count(const scene *rod_scene)
 {
     return rod_scene->parameter_count - rod_scene->unknown_count;
+}
+
+/* Of these, parameters of which a member has to say values: no states of plays. */
+static inline int scene_given_count(const scene *rod_scene)
+{
+    return scene_known_count(rod_scene) - rod_scene->memory_count;
 }
 
 static inline bool scene_is_family(const scene *rod_scene)

@@ -62,7 +62,7 @@ void scene_member(const scene *family, const double *values, scene *member)
         names[i] = family->parameters[i].name;
     }
     scene_with(family, family->parameter_count, names, values, member);
-    member->parameter_count = member->unknown_count = 0;
+    member->parameter_count = member->unknown_count = member->memory_count = 0;
     if (member->formulation == SCENE_STRAIN_FORM) { /* which is one of families */
         member->formulation = SCENE_MIXED;
     }

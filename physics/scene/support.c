@@ -397,6 +397,13 @@ static const char *mapped_law(const scene *scene)
     return ranged_place(scene) ? lawful(scene) : NULL;
 }
 
+static const char *remembers(const scene *scene)
+{
+    return scene->memory_count > 0
+               ? depends(scene, scene->parameters[scene_given_count(scene)].name, false)
+               : NULL;
+}
+
 static const char *unknown(const scene *scene)
 {
     return scene->unknown_count > 0 ? "parameters" : NULL;
@@ -518,6 +525,8 @@ static const feature_row features[] = {
      "yyyyy yy yyyx yy y", NULL},
     {"a length or place with a range", NULL, ranged_place,
      "yxxyy yy xxxx xx x", NULL},
+    {"a play of an input", NULL, remembers,
+     "xxxyx yy yyyy yy m", at_rest},
     {"a parameter to be identified", NULL, unknown,
      "yyyxx yy xxxx yy x", NULL},
     {"measured data", "data", never, /* the last: support_check_data */

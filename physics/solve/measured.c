@@ -19,6 +19,7 @@ void solve_trials_free(solve_trials *trials)
         free(trials->row);
         free(trials->known);
         free(trials->views);
+        trial_memory_free(trials->memory);
         free(trials->first);
         free(trials->at);
         free(trials->curvature);
@@ -75,6 +76,9 @@ static int compare_rows(const void *left, const void *right)
     if (of_a != of_b) {
         return of_a < of_b ? -1 : 1;
     }
+    if (a->turn != b->turn) {
+        return a->turn < b->turn ? -1 : 1;
+    }
     for (int i = 0; i < a->known_count; i++) {
         if (a->known[i] != b->known[i]) {
             return a->known[i] < b->known[i] ? -1 : 1;
@@ -122,7 +126,7 @@ size_t solve_trials_thin(solve_trials *trials, size_t every)
 }
 
 static void take_row(solve_trials *trials, const solve_measured *set, const measured_view *view,
-                     size_t row)
+                     size_t row, size_t turn)
 {
     const size_t count = (size_t)trials->open.parameter_count;
     double *known = trials->known + trials->rows * count;
@@ -140,6 +144,7 @@ static void take_row(solve_trials *trials, const solve_measured *set, const meas
                        .known = known,
                        .known_count = (int)count,
                        .inputs = inputs,
+                       .turn = turn,
                        .t = scene_is_dynamic(&trials->open) ? set->t[row] : 0,
                        .residual = trials->residuals};
     trials->residuals += residuals_of(trials, set, row);
@@ -161,25 +166,29 @@ static ad_status take_rows(solve_trials *trials, int sets, const solve_measured 
     if (!trials->row || !trials->known || !trials->first || !trials->views) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu measured rows", rows);
     }
-    for (int i = 0; i < sets; i++) {
+    const ad_status status =
+        trial_memory_create(&trials->open, sets, measured, &trials->memory, error);
+    for (int i = 0; i < sets && status == AD_OK; i++) {
         const solve_view *view = measured[i].view;
         if (view) {
             measured_view_prepare(view, &trials->open, &trials->views[i]);
         }
         for (size_t row = 0; row < measured[i].rows; row++) {
-            take_row(trials, &measured[i], view ? &trials->views[i] : NULL, row);
+            take_row(trials, &measured[i], view ? &trials->views[i] : NULL, row,
+                     trial_memory_turn(trials->memory, i, row));
         }
     }
-    qsort(trials->row, rows, sizeof *trials->row, compare_rows);
-    for (size_t i = 0; i < rows; i++) {
+    qsort(trials->row, trials->rows, sizeof *trials->row, compare_rows);
+    for (size_t i = 0; i < trials->rows; i++) {
         const size_t bytes = (size_t)trials->open.parameter_count * sizeof *trials->known;
         if (i == 0 || trials->row[i].inputs != trials->row[i - 1].inputs ||
+            trials->row[i].turn != trials->row[i - 1].turn ||
             memcmp(trials->row[i].known, trials->row[i - 1].known, bytes) != 0) {
             trials->first[trials->experiments++] = i;
         }
     }
     trials->first[trials->experiments] = rows;
-    return AD_OK;
+    return status;
 }
 
 /* ---- members ------------------------------------------------------------------------------- */
@@ -194,6 +203,7 @@ void solve_trials_fill(const solve_trials *trials, const double *values, size_t 
     for (int i = 0; i < trials->unknowns; i++) {
         parameters[scene_known_count(&trials->open) + i] = values[i];
     }
+    trial_memory_fill(trials->memory, values, row->turn, parameters);
 }
 
 static ad_status keep_curvature(solve_trials *trials, ad_error *error)
@@ -589,14 +599,14 @@ ad_status solve_trials_run(solve_trials *trials, size_t count, const double *val
     trials->reason = (ad_error){.message = ""};
     trials->chooses = trials->nodes && count == 1;
     trials->rough = rough;
-    ad_status status = AD_OK;
-    if (trials->members) {
+    ad_status status = trial_memory_follow(trials->memory, count, values, false, error);
+    if (status == AD_OK && trials->members) {
         status = run_all_members(&batch, count, error);
         if (status == AD_OK && count == 1) {
             memcpy(trials->at, values, (size_t)trials->unknowns * sizeof *values);
         }
     } else {
-        for (size_t i = 0; i < count * trials->experiments; i++) {
+        for (size_t i = 0; status == AD_OK && i < count * trials->experiments; i++) {
             if (i % trials->experiments % trials->every == 0) {
                 batch.job[batch.count++] = i;
             }

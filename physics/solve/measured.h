@@ -6,7 +6,8 @@
  * family, solved once. Rods at rest that physics/chain/solve_members.h takes are solved by it, all
  * experiments at all trial values in one batch; others, and what needs forces and moments, by
  * solution_create, over threads. Rows with the same inputs over time are one motion, which
- * recording.h follows. */
+ * recording.h follows. Where inputs have a memory (physics/scene/scene_memory.h), rows count in
+ * their order: those in turn with the same known values are one experiment. */
 #ifndef PHYSICS_SOLVE_MEASURED_H
 #define PHYSICS_SOLVE_MEASURED_H
 
@@ -30,6 +31,12 @@ typedef struct solve_measured {
     const solve_inputs *const *inputs; /* [rows] over time, NULL: none of a row; NULL: of none */
     const solve_view *view; /* of positions and rotations in space, of which all columns are there;
                              * its delay of any quantity. NULL: they are those of the axis */
+    /* Of inputs with a memory: known values of all that was commanded from the beginning on, as
+     * above, [commands]; and which of them each row has, ascending, [rows]. NULL: the rows are all.
+     */
+    size_t commands;
+    const double *command;
+    const size_t *at;
 } solve_measured;
 
 size_t solve_measured_missing(const solve_measured *set); /* numbers that are */

@@ -61,8 +61,12 @@ static void put_rows(const change *c, size_t experiment, const double *parameter
         const measured_row *row = &x->row[r];
         const size_t first = row->place * SOLVE_MEMBERS_COLUMNS;
         for (size_t i = 0; i < (size_t)x->unknowns; i++) {
-            compare_change(c, row, parameters, (int)(known + i), shapes + first,
-                           by + first * width + known + i, width,
+            double all[SOLVE_MEMBERS_COLUMNS];
+            for (size_t k = 0; k < SOLVE_MEMBERS_COLUMNS; k++) {
+                all[k] =
+                    trial_memory_change(x->memory, row->turn, known + i, by + (first + k) * width);
+            }
+            compare_change(c, row, parameters, (int)(known + i), shapes + first, all, 1,
                            c->jacobian + i * x->residuals + row->residual);
         }
     }
@@ -296,6 +300,9 @@ static ad_status take_differences(const change *c, size_t *solved, ad_error *err
     }
     batch.values = values;
     *solved = batch.count;
+    if (status == AD_OK && count > 0) {
+        status = trial_memory_follow(x->memory, trials, values, false, error);
+    }
     status = status == AD_OK && count > 0 ? solve_trials_jobs(&batch, error) : status;
     for (size_t i = 0; status == AD_OK && i < count * unknowns; i++) {
         put_difference(c, open[i / unknowns], i % unknowns);
@@ -322,6 +329,7 @@ ad_status solve_trials_differentiate(solve_trials *trials, const double *values,
         status = solve_trials_run(trials, 1, values, false, room, error);
     }
     trials->chooses = trials->rough = false;
+    status = status == AD_OK ? trial_memory_follow(trials->memory, 1, values, true, error) : status;
     status = status == AD_OK && trials->members ? change_all_members(&c, error) : status;
     if (status == AD_OK && trials->recordings && trials->columns <= SOLVE_MEMBERS_COLUMNS) {
         status = change_recordings(&c, error);

@@ -3,7 +3,7 @@
 #define PHYSICS_SOLVE_MEASURED_TRIALS_H
 
 #include "physics/chain/solve_members.h"
-#include "physics/solve/measured.h"
+#include "physics/solve/measured_memory.h"
 #include "physics/solve/measured_view.h"
 
 /* One row of one set; rows of an experiment follow one another, in the order of their times. */
@@ -14,6 +14,7 @@ typedef struct measured_row {
     const double *known; /* [parameter_count], 0 for unknowns */
     int known_count;
     const solve_inputs *inputs; /* over time; NULL: none */
+    size_t turn;                /* of inputs with a memory */
     double t;
     size_t residual; /* where its residuals begin */
     size_t place;    /* which of the places of members */
@@ -30,6 +31,7 @@ struct solve_trials {
     measured_row *row;
     measured_view *views;   /* [sets] */
     double *known;          /* [rows][parameter_count] */
+    trial_memory *memory;   /* NULL: inputs have none */
     size_t *first;          /* [experiments + 1] rows */
     double *at, *curvature; /* [unknowns] of the last single trial by members, and its curvature,
                              * of those that count [][3 nodes]; NaN: none */

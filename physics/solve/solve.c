@@ -7,6 +7,7 @@
 #include "physics/solve/beam_solver.h"
 #include "physics/solve/dynamic.h"
 #include "physics/solve/modes_motion.h"
+#include "physics/solve/rows.h"
 #include "physics/solve/static.h"
 
 #include <math.h>
@@ -70,7 +71,9 @@ static ad_status solve_rod_scene(solution *solution, const scene *rod_scene,
         return status;
     }
     if (!solution->rod->dynamic) {
-        return static_solve(solution->rod, settings, &solution->at_rest, report, error);
+        return static_solve(solution->rod, settings,
+                            settings->before ? settings->before->at_rest : NULL, &solution->at_rest,
+                            report, error);
     }
     status = settings->method == SOLVE_MODES
                  ? modes_motion_solve(solution->rod, settings, solution->count, solution->times,
@@ -402,6 +405,12 @@ double solution_tension(const solution *solution, int tendon)
 {
     return solution->at_rest ? static_tension(solution->at_rest, tendon) * solution->scales.force
                              : 0;
+}
+
+double solution_tension_at(const solution *solution, int tendon, double s)
+{
+    return static_tension_at(solution->at_rest, tendon, s / solution->scales.length) *
+           solution->scales.force;
 }
 
 ad_status solution_energy(const solution *solution, double t, solve_energy *energy, ad_error *error)

@@ -68,10 +68,12 @@ typedef struct solve_settings {
     int modes[4];        /* of SOLVE_MODES: of bending, twist, stretch, shear, each direction and
                           * piece, without refinement; all 0: as many as the tolerance asks for */
     solve_shape *guess;  /* rods at rest: a shape next to which an equilibrium is sought, by */
-    const void *guess_context; /* Newton's method from there. NULL, or where that does not lead
-                                * to one: on the path from the unstressed rod */
-    const solve_seen *from;    /* of SOLVE_MODES: the state at t = 0 in place of the scene's, by */
-    size_t from_count;         /* ascending s from 0 to the length, 6 at least; 0: the scene's */
+    const void *guess_context;     /* Newton's method from there. NULL, or where that does not lead
+                                    * to one: on the path from the unstressed rod */
+    const struct solution *before; /* rods at rest: an equilibrium of the same robot, from whose
+                                    * tensions tendons with friction go on; NULL: from none on */
+    const solve_seen *from; /* of SOLVE_MODES: the state at t = 0 in place of the scene's, by */
+    size_t from_count;      /* ascending s from 0 to the length, 6 at least; 0: the scene's */
 } solve_settings;
 
 /* What a place on a path of equilibria is. */

@@ -145,10 +145,13 @@ static ad_status refine(const static_solution *coarse, double threshold, static_
     memcpy((*fine)->system->tensions, coarse->system->tensions,
            SOLVE_ACTUATORS_MAX * sizeof(double));
     static_friction_refine(coarse->system, (*fine)->system);
+    if (coarse->system->earlier) {
+        status = static_friction_follow((*fine)->system, coarse->system->earlier, error);
+    }
     for (size_t i = 0; i < count; i++) {
         interpolate(coarse, (*points)[i], (*fine)->y + i * rows_of(coarse));
     }
-    return AD_OK;
+    return status;
 }
 
 /* Largest distance of the positions at the nodes of the finer one, and largest turn about the
@@ -332,7 +335,8 @@ static ad_status converge(static_solution **x, const solve_settings *settings, p
 }
 
 ad_status static_solve(const solve_rod *rod, const solve_settings *settings,
-                       static_solution **result, solve_report *report, ad_error *error)
+                       const static_solution *before, static_solution **result,
+                       solve_report *report, ad_error *error)
 {
     path_shape path;
     static_solution *solution = NULL;
@@ -342,6 +346,9 @@ ad_status static_solve(const solve_rod *rod, const solve_settings *settings,
     ad_status status = static_path_shape(rod, settings, &path, error);
     if (status == AD_OK) {
         status = static_begin(rod, settings, &path, &solution, report, error);
+    }
+    if (status == AD_OK && before && rod->frictions > 0) {
+        status = static_friction_follow(solution->system, before->system, error);
     }
     if (status == AD_OK && settings->branch > 0) {
         report->load_fraction = 0;
@@ -433,4 +440,9 @@ ad_status static_energy(const static_solution *solution, solve_energy *energy, a
 double static_tension(const static_solution *solution, int tendon)
 {
     return solution->system->tensions[tendon];
+}
+
+double static_tension_at(const static_solution *solution, int tendon, double s)
+{
+    return static_friction_tension(solution->system, tendon, s);
 }

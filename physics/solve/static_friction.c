@@ -95,6 +95,31 @@ static double angle_between(const double a[3], const double b[3])
     return atan2(sqrt(vector_dot(across, across)), vector_dot(a, b));
 }
 
+/* How strongly a tendon pulls where it begins. */
+static double pull_of(const static_system *system, int tendon)
+{
+    return system->path.load * system->given.actuators[tendon].pull + system->tensions[tendon];
+}
+
+/* Angles turned become those of the law: where a tendon has a tension from before, it keeps that
+ * as far as friction holds it against what is next to it, on the side of its beginning. */
+static void remember(const static_system *system, int tendon, int k, double *angles)
+{
+    const int stride = system->rod->frictions,
+              points = system->mesh.count * (system->mesh.stages + 2);
+    const double friction = system->given.actuators[tendon].friction;
+    const double pull = pull_of(system, tendon);
+    double turned = 0, slid = 0;
+    for (int i = 0; i < points; i++) {
+        double *angle = &angles[i * stride + k];
+        const double before = system->before[i * stride + k], step = *angle - turned;
+        const double kept = (log(pull) - before) / friction;
+        turned = *angle;
+        slid = pull > 0 ? fmax(slid - step, fmin(slid + step, kept)) : turned;
+        *angle = slid;
+    }
+}
+
 /* Angles of one tendon, the k-th of those with friction. */
 static void measure_tendon(const static_system *system, const tangent_rule *rule, int tendon, int k,
                            const double *y, double *angles)
@@ -139,7 +164,11 @@ static void measure(const static_system *system, const double *y, double *angles
     tangent_rule rule = tangent_rule_of(&system->mesh.rule);
     for (int i = 0, k = 0; i < system->rod->actuators; i++) {
         if (system->rod->extents[i].rubs) {
-            measure_tendon(system, &rule, i, k++, y, angles);
+            measure_tendon(system, &rule, i, k, y, angles);
+            if (system->before) {
+                remember(system, i, k, angles);
+            }
+            k++;
         }
     }
 }
@@ -158,6 +187,76 @@ void static_friction_refine(static_system *coarse, static_system *fine)
                                        fine->angles + ((size_t)e * points + i) * count);
         }
     }
+}
+
+/* The logarithm of a tendon's tension at s, by a cubic through the points around it in an element.
+ */
+static double tension_at(const static_system *system, int e, double s, int tendon, int k)
+{
+    enum { AROUND = 4 };
+    const int points = system->mesh.stages + 2, stride = system->rod->frictions;
+    const int most = points < AROUND ? points : AROUND;
+    const double *angles = system->angles + (size_t)(e * points * stride + k);
+    const double x = (s - system->mesh.edges[e]) / elements_width(&system->mesh, e);
+    double at[GAUSS_STAGES_MAX + 2] = {0}, sum = 0;
+    int first = 0;
+    memcpy(at + 1, system->mesh.rule.nodes, (size_t)system->mesh.stages * sizeof *at);
+    at[points - 1] = 1;
+    while (first + most < points && at[first + most / 2] < x) {
+        first++;
+    }
+    for (int i = first; i < first + most; i++) {
+        double weight = 1;
+        for (int j = first; j < first + most; j++) {
+            weight *= j == i ? 1 : (x - at[j]) / (at[i] - at[j]);
+        }
+        sum += weight * angles[i * stride];
+    }
+    return log(pull_of(system, tendon)) - system->given.actuators[tendon].friction * sum;
+}
+
+double static_friction_tension(const static_system *system, int tendon, double s)
+{
+    const solve_extent *extents = system->rod->extents;
+    int k = 0;
+    for (int i = 0; i < tendon; i++) {
+        k += extents[i].rubs;
+    }
+    return !extents[tendon].rubs
+               ? pull_of(system, tendon)
+               : exp(tension_at(system, solve_elements_at(&system->mesh, s), s, tendon, k));
+}
+
+ad_status static_friction_follow(static_system *system, const static_system *earlier,
+                                 ad_error *error)
+{
+    const int points = system->mesh.stages + 2, stride = system->rod->frictions;
+    if (earlier->rod->frictions != stride || earlier->rod->actuators != system->rod->actuators) {
+        return ad_fail(error, AD_BAD_ARGUMENT,
+                       "what was before has %d tendons with friction, and this scene %d; allowed: "
+                       "an equilibrium of the same robot",
+                       earlier->rod->frictions, stride);
+    }
+    const double unit = log(earlier->rod->scales.force / system->rod->scales.force);
+    system->earlier = earlier;
+    system->before = malloc((angle_count(system) + 1) * sizeof *system->before);
+    if (!system->before) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for the friction of tendons");
+    }
+    for (int i = 0; i < system->mesh.count * points; i++) {
+        const int e = i / points, c = i % points;
+        const double *edges = system->mesh.edges + e, middle = (edges[0] + edges[1]) / 2;
+        const double part = c == 0 ? 0 : c == points - 1 ? 1 : system->mesh.rule.nodes[c - 1];
+        const double s = edges[0] + part * (edges[1] - edges[0]);
+        const int from = solve_elements_at(&earlier->mesh, s + 1e-9 * (middle - s));
+        for (int tendon = 0, k = 0; tendon < system->rod->actuators; tendon++) {
+            if (system->rod->extents[tendon].rubs) {
+                system->before[i * stride + k] = unit + tension_at(earlier, from, s, tendon, k);
+                k++;
+            }
+        }
+    }
+    return AD_OK;
 }
 
 /* ---- the fixed point ----------------------------------------------------------------------- */

@@ -21,6 +21,7 @@ void static_system_free(static_system *system)
         free(system->jumps);
         free(system->axial);
         free(system->angles);
+        free(system->before);
         free(system->rate);
         free(system->chords);
         free(system);

@@ -41,7 +41,9 @@ typedef struct static_system {
     /* [elements][stages + 2][frictions of the rod]: angles that tendons with friction have turned
      * at the beginning of an element, at its points, at its end (static_friction.h) */
     double *angles;
-    double *rate; /* [stages][rows] of an element */
+    double *before; /* of these the logarithms of tensions by EI/L^2 that they had in */
+    const struct static_system *earlier; /* that equilibrium; NULL: they had none */
+    double *rate;                        /* [stages][rows] of an element */
 } static_system;
 
 /* Of held ends, and of what springs pull to. */

@@ -28,7 +28,7 @@ static solved solve_with(const char *path, const char *text, const char *overrid
     solved x = {.settings = NULL};
     if (prepare_read(path, text, override != NULL, &override, &x.settings, &error) != AD_OK ||
         solve_rod_create(&x.settings->scene, &x.rod, &error) != AD_OK ||
-        static_solve(x.rod, &settings, &x.solution, &x.report, &error) != AD_OK) {
+        static_solve(x.rod, &settings, NULL, &x.solution, &x.report, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     return x;

@@ -296,6 +296,9 @@ static ad_status keep_parameters(config *experiment, const scene *given, ad_erro
     }
     for (int i = 0; i < given->parameter_count; i++) {
         const scene_parameter *from = &given->parameters[i];
+        if (i >= scene_given_count(given) && i < scene_known_count(given)) {
+            continue; /* states of plays, which formulas say again */
+        }
         config_parameter *to = &experiment->parameters[experiment->parameter_count++];
         if (strlen(from->name) >= sizeof to->name) {
             return config_blame(experiment->source, error, "parameters",
@@ -331,7 +334,7 @@ static ad_status fill_by_hand(config *experiment, const void *context, ad_error 
     experiment->scene = *r->scene;
     experiment->scene.names = experiment->names;
     experiment->scene.parameter_count = experiment->scene.unknown_count =
-        0; /* until they are defined */
+        experiment->scene.memory_count = 0; /* until they are defined */
     experiment->settings = *r->settings;
     ad_status status = check_lists(experiment, error);
     if (status == AD_OK) {

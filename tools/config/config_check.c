@@ -1,5 +1,6 @@
 /* What is checked once everything is read: formulas with their places, the scene, the keys of
  * stages. */
+#include "physics/scene/scene_memory.h"
 #include "tools/config/config_parts.h"
 
 #include <math.h>
@@ -193,9 +194,19 @@ static ad_status check_uses(const config *experiment, ad_error *error)
     return AD_OK;
 }
 
+static ad_status remember(config *experiment, ad_error *error)
+{
+    const char *key = "";
+    ad_error reason;
+    return scene_remember(&experiment->scene, &key, &reason) == AD_OK
+               ? AD_OK
+               : refuse(experiment, key, &reason, error);
+}
+
 ad_status config_parse_formulas(config *experiment, ad_error *error)
 {
     ad_status status = config_define_tables(experiment, error);
+    quantities_know_plays(experiment->names, true);
     if (status == AD_OK) {
         status = define_parameters(experiment, error);
     }
@@ -206,6 +217,8 @@ ad_status config_parse_formulas(config *experiment, ad_error *error)
             status = parse_field(experiment, key, index, error);
         }
     }
+    quantities_know_plays(experiment->names, false);
+    status = status == AD_OK ? remember(experiment, error) : status;
     return status == AD_OK ? check_uses(experiment, error) : status;
 }
 

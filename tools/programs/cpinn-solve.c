@@ -11,6 +11,7 @@
 #include "tools/programs/scene_line.h"
 #include "tools/programs/solution_print.h"
 #include "tools/programs/solve_family.h"
+#include "tools/programs/solve_rows.h"
 #include "tools/programs/state_file.h"
 #include "tools/programs/unknowns.h"
 #include "tools/train/clock.h"
@@ -31,7 +32,7 @@ typedef struct options {
     double tolerance, perturbation;
     int nodes, branch, threads;
     bool quiet;
-    const char *json, *path, *method_name;
+    const char *json, *path, *rows, *method_name;
     solve_method method;
     const char *mode_counts;
     int modes[4]; /* of bending, twist, stretch, shear */
@@ -56,6 +57,7 @@ typedef struct solving {
     double *times; /* [time_count] at which a motion is wanted, s */
     solution *solved;
     solve_report report;
+    rows_solved rows;
     reference_errors errors; /* of it, against `known` */
     solution_path *path;
     verdict verdict;
@@ -105,7 +107,7 @@ static ad_status write_out(solving *solving, ad_error *error)
 
 static bool reached(const solving *solving)
 {
-    return solving->only_identified || scene_is_dynamic(solving->scene) ||
+    return solving->only_identified || solving->asked.rows || scene_is_dynamic(solving->scene) ||
            solving->report.load_fraction == 1;
 }
 
@@ -147,6 +149,13 @@ static void tell(const void *of, json *to)
     const solving *solving = of;
     const solve_report *r = &solving->report;
     unknowns_json(&solving->unknown, to);
+    if (solving->asked.rows) {
+        json_integer(to, "rows", (long long)solving->rows.rows);
+        json_integer(to, "rows_reached", (long long)solving->rows.reached);
+        json_number(to, "estimated_error", solving->rows.estimate);
+        json_number(to, "seconds", solving->seconds);
+        json_text(to, "out", solving->asked.out);
+    }
     if (solving->solved) {
         bool moves = scene_is_dynamic(solving->scene);
         json_text(to, "method", solve_method_names()[solving->asked.method]);
@@ -319,9 +328,50 @@ static ad_status follow_path(solving *solving, ad_error *error)
     return status;
 }
 
+/* Of a table of commands, all of it. */
+static ad_status run_rows(solving *solving, ad_error *error)
+{
+    options *o = &solving->asked;
+    ad_status status = o->out ? shapes_check_path(o->out, error) : AD_OK;
+    status = status == AD_OK ? json_check_path(o->json, error) : status;
+    status = status == AD_OK ? prepare_read(o->config, NULL, o->overrides.count, o->overrides.texts,
+                                            &solving->settings, error)
+                             : status;
+    if (status != AD_OK) {
+        return status;
+    }
+    const scene *open = solving->scene = &solving->settings->scene;
+    snprintf(solving->name, sizeof solving->name, "%s", solving->settings->settings.name);
+    if (scene_is_dynamic(open) || !scene_is_open(open)) {
+        return ad_fail(error, AD_BAD_INPUT, "--rows: allowed: of a scene at rest with parameters");
+    }
+    o->tolerance = o->tolerance > 0 ? o->tolerance : solve_settings_default(open).tolerance;
+    const solve_settings settings = settings_of(o);
+    const double start = train_seconds();
+    status = samples_choose(&solving->grid, &o->where, NULL, open, 0, error);
+    status = status == AD_OK ? solve_rows_run(open, o->rows, &settings, &solving->grid,
+                                              &solving->rows, &solving->verdict, error)
+                             : status;
+    solving->seconds = train_seconds() - start;
+    if (status == AD_OK && o->out) {
+        status = samples_write(&solving->grid, o->out, error);
+    }
+    if (status == AD_OK && !o->quiet) {
+        printf("%s: %zu of %zu rows in their order, largest estimated error %.3e of the length, "
+               "%.1f s\n",
+               solving->name, solving->rows.reached, solving->rows.rows, solving->rows.estimate,
+               solving->seconds);
+        verdict_print(stdout, "", &solving->verdict);
+    }
+    return status;
+}
+
 static ad_status run(solving *solving, ad_error *error)
 {
     const options *o = &solving->asked;
+    if (o->rows) {
+        return run_rows(solving, error);
+    }
     ad_status status = prepare(solving, error);
     if (status == AD_OK && o->path) {
         status = follow_path(solving, error);
@@ -423,6 +473,7 @@ int main(int argc, char **argv)
         {"--from", "FILE", CLI_TEXT, &o->from, 0, 0},
         {"--state-out", "FILE", CLI_TEXT, &o->state_out, 0, 0},
         {"--path", "CSV", CLI_TEXT, &o->path, 0, 0},
+        {"--rows", "FILE", CLI_TEXT, &o->rows, 0, 0},
         CLI_OUT(&o->out),
         CLI_GRID(&o->where.grid),
         CLI_POINTS(&o->where.points),
@@ -457,6 +508,11 @@ int main(int argc, char **argv)
     }
     if (o->method != SOLVE_MODES && o->from) {
         return cli_fail(program, "--from is given; allowed: with --method modes");
+    }
+    if (o->rows && (o->at || o->path || o->branch || o->state_out || o->search.folder)) {
+        return cli_fail(program,
+                        "--rows with --at, --path, --branch, --state-out or --run; allowed: "
+                        "one of them");
     }
     status = samples_check(program, &o->where, o->out);
     if (status != CLI_RUN) {

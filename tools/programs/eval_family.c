@@ -1,5 +1,6 @@
 #include "tools/programs/eval_family.h"
 
+#include "physics/scene/scene_memory.h"
 #include "tools/config/config.h"
 #include "tools/library/trained_family.h"
 #include "tools/programs/cli.h"
@@ -75,9 +76,12 @@ static ad_status gather(eval_family *eval, ad_error *error)
         to->members = 1;
         to->parameters = malloc((size_t)family->parameter_count * sizeof *to->parameters);
         status = to->parameters /* ranges are asked for later, with those of files */
-                     ? scene_member_read(family->parameter_count, family->parameters, true,
+                     ? scene_member_read(scene_given_count(family), family->parameters, true,
                                          eval->asked.at, to->parameters, error)
                      : ad_fail(error, AD_NO_MEMORY, "out of memory for a member");
+        if (status == AD_OK) {
+            scene_remember_path(family, 1, to->parameters, NULL);
+        }
     }
     status = status == AD_OK ? check_range(eval, table, error) : status;
     table_free(table);

@@ -30,7 +30,7 @@ bool unknowns_leave_family(const unknowns *unknowns, const char *at)
 {
     const scene *open = &unknowns->settings->scene;
     bool left = false;
-    for (int i = 0; i < scene_known_count(open); i++) {
+    for (int i = 0; i < scene_given_count(open); i++) {
         left = left || !is_given(at, open->parameters[i].name);
     }
     return left;

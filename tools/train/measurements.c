@@ -20,6 +20,7 @@ struct measurements {
     recorded_inputs *recorded;
     int beside; /* as of measurements_read_beside, while files are read */
     const char *const *names;
+    size_t *at[TRAIN_DATA_MAX]; /* the same */
     size_t missing;
     bool tells_noise;
 };
@@ -78,6 +79,7 @@ void measurements_free(measurements *measurements)
     for (int i = 0; measurements && i < measurements->count + measurements->held_out; i++) {
         free(measurements->numbers[i]);
         free(measurements->inputs[i]);
+        free(measurements->at[i]);
     }
     recorded_inputs_free(measurements ? measurements->recorded : NULL);
     free(measurements);
@@ -140,7 +142,7 @@ static ad_status check_names(const reading *r, const solve_measured *set, ad_err
     for (int c = 0; c < set->columns; c++) {
         known[count++] = scene_physics_of(r->open)->columns[set->column[c]].name;
     }
-    for (int i = 0; i < scene_known_count(r->open); i++) {
+    for (int i = 0; i < scene_given_count(r->open); i++) {
         known[count++] = r->open->parameters[i].name;
     }
     const char *stray = measured_columns_stray(r->columns, count, known);
@@ -179,7 +181,7 @@ static ad_status find_columns(reading *r, const solve_measured *set, ad_error *e
         (!(r->data->rate > 0) || measured_columns_say(r->columns, "t"))) {
         status = need(r, "t", "the time in s; or give its rate in Hz", &r->t, error);
     }
-    for (int i = 0; i < scene_known_count(open) && status == AD_OK; i++) {
+    for (int i = 0; i < scene_given_count(open) && status == AD_OK; i++) {
         const char *name = open->parameters[i].name;
         status = may_miss(r, name)
                      ? AD_OK
@@ -293,7 +295,7 @@ static ad_status take_row(const reading *r, size_t row, double *s, double *t, do
     }
     for (int k = 0; k < open->parameter_count && status == AD_OK; k++) {
         const scene_parameter *p = &open->parameters[k];
-        const bool is_known = k < scene_known_count(open);
+        const bool is_known = k < scene_given_count(open);
         known[k] = !is_known ? 0 : r->known[k] ? r->known[k][row] : NAN;
         status = is_known && r->known[k]
                      ? check_number(r, row, p->name, known[k], p->low, p->high, error)
@@ -302,12 +304,29 @@ static ad_status take_row(const reading *r, size_t row, double *s, double *t, do
     return status;
 }
 
-/* numbers: s, t, known values of the rows that have a number, then their measured columns. */
-static ad_status take_rows(const reading *r, solve_measured *set, double *numbers, size_t *missing,
-                           ad_error *error)
+/* What was commanded in each row of the file, chosen or not, in its order; where that is not known,
+ * as before. */
+static void take_commands(const reading *r, double *command)
+{
+    const size_t count = (size_t)r->open->parameter_count;
+    memset(command, 0, table_rows(r->table) * count * sizeof *command);
+    for (size_t i = 0; i < table_rows(r->table); i++) {
+        for (size_t k = 0; k < (size_t)scene_given_count(r->open); k++) {
+            const double now = r->known[k] ? r->known[k][i] : NAN,
+                         before = i > 0 ? command[(i - 1) * count + k] : 0;
+            command[i * count + k] = isfinite(now) ? now : before;
+        }
+    }
+}
+
+/* numbers: s, t, known values of the rows that have a number, then their measured columns, then
+ * the commands of all rows, of which these are those at [rows]. */
+static ad_status take_rows(const reading *r, solve_measured *set, double *numbers, size_t *at,
+                           size_t *missing, ad_error *error)
 {
     const size_t rows = table_rows(r->table), parameters = (size_t)r->open->parameter_count;
     double *s = numbers, *t = s + rows, *known = t + rows, *values = known + rows * parameters;
+    double *command = values + rows * (size_t)set->columns;
     bool any = false;
     ad_status status = AD_OK;
     for (size_t i = 0; i < rows && status == AD_OK; i++) {
@@ -324,6 +343,7 @@ static ad_status take_rows(const reading *r, solve_measured *set, double *number
         for (int c = 0; c < set->columns; c++) {
             values[(size_t)c * rows + to] = r->values[c][i];
         }
+        at[to] = i;
         *missing += (size_t)(set->columns - count);
         if (r->inputs) {
             r->inputs[to] = r->inputs[i];
@@ -339,6 +359,10 @@ static ad_status take_rows(const reading *r, solve_measured *set, double *number
     set->known = known;
     set->values = values;
     set->inputs = r->inputs;
+    take_commands(r, command);
+    set->commands = rows;
+    set->command = command;
+    set->at = at;
     return status != AD_OK || set->rows > 0
                ? status
                : ad_fail(error, AD_BAD_INPUT, "%s: %s; at least one row is needed", r->data->file,
@@ -366,8 +390,8 @@ static ad_status find_inputs(reading *r, ad_error *error)
 }
 
 /* A set that is there, of rows that are not. */
-static ad_status fill_set(reading *r, solve_measured *set, double **numbers, size_t *missing,
-                          ad_error *error)
+static ad_status fill_set(reading *r, solve_measured *set, double **numbers, size_t **at,
+                          size_t *missing, ad_error *error)
 {
     const size_t rows = table_rows(r->table);
     ad_status status = find_columns(r, set, error);
@@ -375,12 +399,13 @@ static ad_status fill_set(reading *r, solve_measured *set, double **numbers, siz
     if (status != AD_OK) {
         return status;
     }
-    *numbers = malloc((rows + 1) * (size_t)(2 + r->open->parameter_count + set->columns) *
+    *numbers = malloc((rows + 1) * (size_t)(2 + 2 * r->open->parameter_count + set->columns) *
                       sizeof **numbers);
-    if (!*numbers) {
+    *at = malloc((rows + 1) * sizeof **at);
+    if (!*numbers || !*at) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu measured rows", rows);
     }
-    status = take_rows(r, set, *numbers, missing, error);
+    status = take_rows(r, set, *numbers, *at, missing, error);
     /* cameras may stand anywhere */
     const bool is_of_scene =
         r->data->quantity == TRAIN_POSITION && !quantity_any_given(3, r->data->view.position);
@@ -452,7 +477,8 @@ static ad_status read_file(const scene *open, const train_data *file, int index,
         status = r.inputs ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for inputs");
     }
     if (status == AD_OK) {
-        status = fill_set(&r, set, &measurements->numbers[at], &measurements->missing, error);
+        status = fill_set(&r, set, &measurements->numbers[at], &measurements->at[at],
+                          &measurements->missing, error);
     }
     measured_columns_free(r.columns);
     table_free(table);

@@ -1,10 +1,18 @@
 #include "tools/train/members_given.h"
 
+#include "physics/scene/scene_memory.h"
+
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum { NAMES_BYTES = 1024 };
+
+/* Whether members say its value; what plays were before follows from the rows before. */
+static bool is_said(const scene *family, int parameter)
+{
+    return parameter < scene_given_count(family) || parameter >= scene_known_count(family);
+}
 
 /* "a, b, c" */
 static const char *list_names(const scene *family, char text[NAMES_BYTES])
@@ -12,8 +20,10 @@ static const char *list_names(const scene *family, char text[NAMES_BYTES])
     size_t at = 0;
     text[0] = '\0';
     for (int i = 0; i < family->parameter_count && at < NAMES_BYTES; i++) {
-        at += (size_t)snprintf(text + at, NAMES_BYTES - at, "%s%s", i ? ", " : "",
-                               family->parameters[i].name);
+        if (is_said(family, i)) {
+            at += (size_t)snprintf(text + at, NAMES_BYTES - at, "%s%s", at ? ", " : "",
+                                   family->parameters[i].name);
+        }
     }
     return text;
 }
@@ -23,7 +33,7 @@ static ad_status check_columns(const scene *family, const char *path, const tabl
 {
     char names[NAMES_BYTES];
     for (int i = 0; i < family->parameter_count; i++) {
-        if (!table_column(table, family->parameters[i].name)) {
+        if (is_said(family, i) && !table_column(table, family->parameters[i].name)) {
             return ad_fail(error, AD_BAD_INPUT,
                            "%s: column '%s' is missing; members have columns %s", path,
                            family->parameters[i].name, list_names(family, names));
@@ -31,7 +41,8 @@ static ad_status check_columns(const scene *family, const char *path, const tabl
     }
     for (size_t i = 0; i < table_columns(table); i++) {
         const char *name = table_name(table, i);
-        if (scene_parameter_find(family, name) < 0) {
+        const int found = scene_parameter_find(family, name);
+        if (found < 0 || !is_said(family, found)) {
             return ad_fail(error, AD_BAD_INPUT,
                            "%s: column '%s' is no parameter; members have columns %s", path, name,
                            list_names(family, names));
@@ -59,9 +70,12 @@ ad_status train_members_read(const scene *family, const char *path, double **par
     }
     for (size_t k = 0; k < count && status == AD_OK; k++) {
         const double *column = table_column(*table, family->parameters[k].name);
-        for (size_t i = 0; i < table_rows(*table); i++) {
+        for (size_t i = 0; i < table_rows(*table) && column; i++) {
             (*parameters)[i * count + k] = column[i];
         }
+    }
+    if (status == AD_OK) {
+        scene_remember_path(family, table_rows(*table), *parameters, NULL);
     }
     if (status != AD_OK) {
         table_free(*table);
