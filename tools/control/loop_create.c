@@ -391,8 +391,7 @@ static ad_status rest(control_loop *loop, ad_error *error)
     }
     equilibria_middle(loop->rest, loop->middle);
     ad_status status = equilibria_settle(loop->rest, loop->middle, loop->numbers, error);
-    status = status == AD_OK ? linearise(loop, error) : status;
-    return status == AD_OK ? fill_numbers(loop, error) : status;
+    return status == AD_OK ? linearise(loop, error) : status;
 }
 
 static ad_status place_task(control_loop *loop, ad_error *error)
@@ -458,9 +457,9 @@ static ad_status create_plant(control_loop *loop, ad_error *error)
 
 ad_status loop_create(const loop_setup *setup, control_loop **result, ad_error *error)
 {
-    static loop_part *const parts[] = {
-        begin,       create_models,    rest,         place_task, create_looks,
-        fill_filter, create_regulator, create_plant, lay_path,   create_record};
+    static loop_part *const parts[] = {begin,        create_models, rest,         fill_numbers,
+                                       place_task,   create_looks,  fill_filter,  create_regulator,
+                                       create_plant, lay_path,      create_record};
     return create(setup, sizeof parts / sizeof *parts, parts, result, error);
 }
 

@@ -29,7 +29,8 @@ void loop_shapes_free(control_loop *loop);
 /* At sample k, if it is one of those that are kept. */
 ad_status loop_shapes_take(control_loop *loop, long k, ad_error *error);
 
-/* Models, sensors and the settings of the filter, and nothing to control. */
+/* Models, sensors and the settings of the filter but for its deviations and process noise, and
+ * nothing to control. */
 ad_status loop_create_filter(const loop_setup *setup, control_loop **result, ad_error *error);
 
 struct control_loop {

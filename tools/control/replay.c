@@ -134,6 +134,35 @@ static void inputs_of(const replay *x, size_t sample, double *inputs)
     }
 }
 
+/* Deviations and process noise of the filter, by how large states are along the recording. */
+static ad_status find_sizes(replay *x, ad_error *error)
+{
+    control_loop *loop = x->loop;
+    const one_step *model = &loop->by_period;
+    const size_t n = (size_t)loop->states, count = x->inputs->count;
+    double now[SCENE_PARAMETERS_MAX], after[SCENE_PARAMETERS_MAX], *size = loop->numbers + 3 * n;
+    memcpy(x->state, loop->numbers, n * sizeof *x->state);
+    memset(size, 0, n * sizeof *size);
+    for (size_t k = 0; k + 1 < count; k++) {
+        inputs_of(x, k, now);
+        inputs_of(x, k + 1, after);
+        if (model->advance(model->context, 1, loop->period, x->state, now, after, x->state + n,
+                           NULL, NULL)) {
+            return ad_fail(error, AD_NOT_FINITE, "the model has no step from t = %g s on",
+                           x->inputs->t[k]);
+        }
+        memcpy(x->state, x->state + n, n * sizeof *x->state);
+        for (size_t i = 0; i < n; i++) {
+            size[i] += x->state[i] * x->state[i] / (double)(count - 1);
+        }
+    }
+    for (size_t i = 0; i < n; i++) {
+        size[i] = sqrt(size[i]);
+    }
+    observation_noise(loop->states / 2, size, loop->numbers + n, loop->numbers + 2 * n);
+    return AD_OK;
+}
+
 static ad_status start(replay *x, ad_error *error)
 {
     control_loop *loop = x->loop;
@@ -146,6 +175,7 @@ static ad_status start(replay *x, ad_error *error)
         which[i] = loop->parameter[i].input;
     }
     ad_status status = equilibria_settle(loop->rest, inputs, loop->numbers, error);
+    status = status == AD_OK ? find_sizes(x, error) : status;
     if (status == AD_OK) {
         status = equilibria_derivatives(loop->rest, inputs, loop->numbers, count, which, by, error);
     }
