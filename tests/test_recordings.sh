@@ -116,6 +116,9 @@ said stderr.txt 'strain.csv: has inputs over time and strain; allowed with these
 sed '9d' heavy_tip.csv >uneven.csv
 run 2 cpinn-control arm.yaml "${filter[@]}" --set "$(data uneven.csv)" --replay
 said stderr.txt 'allowed: evenly spaced samples'
+run 2 cpinn-control arm.yaml "${filter[@]}" --replay \
+    --set 'data=[{quantity: position, file: heavy_tip.csv, noise: 3.0e-4, marker: [0.01, 0]}]'
+said stderr.txt 'a replay takes positions alone, of the axis'
 awk -F, -v OFS=, 'NR > 1 { $3 = 1; $4 = 1 } { print }' heavy_tip.csv >still.csv
 run 2 cpinn-control arm.yaml "${filter[@]}" --set "$(data still.csv)" --replay
 said stderr.txt 'no file has inputs over time'

@@ -76,8 +76,10 @@ static ad_status find_sensors(int sets, const solve_measured *measured, const so
         if (isnan(at)) {
             continue;
         }
-        if (set->columns != 3 || set->column[0] != 0) {
-            return ad_fail(error, AD_BAD_INPUT, "a replay takes positions alone");
+        if (set->columns != 3 || set->column[0] != 0 || set->view) {
+            return ad_fail(error, AD_BAD_INPUT,
+                           "a replay takes positions alone, of the axis, in the axes of the scene, "
+                           "without delay");
         }
         if (control->measurement_count == CONTROL_MEASUREMENTS_MAX) {
             return ad_fail(error, AD_BAD_INPUT, "more than %d markers; allowed: as many at most",

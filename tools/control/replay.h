@@ -28,9 +28,9 @@ typedef struct replay_report {
 /* Of the nominal scene, with model and estimate of setup->control; its plant, task and sensors do
  * not count. Markers are those of all sets with these inputs: positions, each at one place, with
  * its noise. Before its first sample the robot rested. ahead: s, > 0. AD_BAD_INPUT: samples that
- * are not evenly spaced, or too few for `ahead`; a set of another quantity, or of several places;
- * more sets than a filter has sensors; AD_NOT_FINITE: no equilibrium to start from; others as
- * loop_create. */
+ * are not evenly spaced, or too few for `ahead`; a set of another quantity, of several places, or
+ * seen beside the axis, in other axes or late; more sets than a filter has sensors; AD_NOT_FINITE:
+ * no equilibrium to start from; others as loop_create. */
 ad_status replay_run(const loop_setup *setup, int sets, const solve_measured *measured,
                      const solve_inputs *inputs, double ahead, replay_report *report,
                      ad_error *error);
