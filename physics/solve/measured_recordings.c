@@ -17,6 +17,21 @@ void solve_trials_forget(solve_trials *trials)
     trials->recordings = NULL;
 }
 
+/* One rod has all values of the unknowns, as a family has those of its parameters. */
+static ad_status check(const scene *open, ad_error *error)
+{
+    scene family = *open;
+    const char *key = "";
+    ad_error reason;
+    family.unknown_count = 0;
+    const ad_status status = scene_check(&family, &key, &reason);
+    return status == AD_OK ? AD_OK
+                           : ad_fail(error, status,
+                                     "%s: %s; a recording with inputs over time is followed by one "
+                                     "rod for all values",
+                                     key, reason.message);
+}
+
 ad_status solve_trials_record(solve_trials *trials, int more, ad_error *error)
 {
     const solve_inputs *inputs = trials->row[trials->rows - 1].inputs;
@@ -33,7 +48,8 @@ ad_status solve_trials_record(solve_trials *trials, int more, ad_error *error)
     }
     const int threads = ad_pool_threads(trials->pool);
     trials->recordings = calloc((size_t)threads, sizeof(solve_recording *));
-    ad_status status = trials->recordings ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
+    ad_status status = trials->recordings ? check(&trials->open, error)
+                                          : ad_fail(error, AD_NO_MEMORY, "out of memory");
     for (int i = 0; i < threads && status == AD_OK; i++) {
         status = solve_recording_create(&trials->open, modes, trials->places, trials->place,
                                         &trials->recordings[i], error);

@@ -57,6 +57,7 @@ static void make_scene(recorded_arm *x)
         to->rod.curvature_damping[k] = quantity_formula(x->names, "damping");
     }
     to->rod.torsional_stiffness = quantity_number(3e-3);
+    to->rod.curvature_damping[2] = quantity_number(1e-4);
     to->rod.mass_per_length = quantity_number(0.1);
     for (int k = 0; k < 3; k++) {
         to->rod.rotary_inertia[k] = quantity_number(1e-5);
