@@ -86,7 +86,7 @@ number() {
 }
 
 times() {
-    awk -v a="$1" -v b="$2" 'BEGIN { printf "%.3g\n", a * b }'
+    awk -v a="$1" -v b="$2" 'BEGIN { x = a * b; printf (x * x < 1e6 ? "%.3g" : "%.0f") "\n", x }'
 }
 
 row() {

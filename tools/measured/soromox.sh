@@ -69,7 +69,7 @@ pieces() { # number, length of each
     for ((i = 0; i < $1; i++)); do list+="{length: $2},"; done
     echo "segments=[${list%,}]"
 }
-# Clamped lying, let go, as in tools/benchmarks/_benchmark_common.py.
+# Clamped lying and let go, as in tools/benchmarks/_benchmark_common.py; theirs begin with small strains and rates.
 pcs=(--set rod.section.radius=0.02 --set rod.material.youngs_modulus=6e5 --set rod.material.poissons_ratio=0.2
     --set rod.material.density=1050 --set 'rod.damping={strain: [0.15,0.15,0.15], curvature: [5e-4,5e-4,5e-4]}'
     --set 'loads.gravity=[-9.81,0,0]')

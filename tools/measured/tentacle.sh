@@ -1,0 +1,11 @@
+# SoRoMoX's tapered tentacle: four markers of 22 shapes. Published are the mean distances over all markers, of a rod with E
+# and density found by the authors, and of that with their network for the rest, which was trained on 20 of the shapes.
+data=paper_results/secVa_system_identification/data
+take tud-phi/soromox $data/measured_pts.npy
+run fit.txt cpinn-solve "$scenes/tentacle.yaml" --data data/$data --json fit.json
+row "markers; E and density found: mean" unit=mm rows="$(number rows fit.json)" published=15.8 \
+    physics="$(times 1000 "$(number mean fit.json)")" seconds="$seconds"
+row "E" unit=kPa physics="$(times 0.001 "$(number value fit.json)")" \
+    deviation="$(times 0.001 "$(number standard_deviation fit.json)")"
+row "density" unit=kg/m3 physics="$(times 1 "$(number value fit.json 2)")" \
+    deviation="$(times 1 "$(number standard_deviation fit.json 2)")"
