@@ -4,6 +4,8 @@
 set -u
 . "$(dirname "$0")/programs.sh"
 cp -r "$ROOT/configs" .
+run 0 cpinn-residual configs/identify/residual.yaml --set 'residual.hidden=[1]' --folds 2 \
+    --out configs/identify/residual.h5
 printf 't,pull\n0,0\n0.6,0.02\n' >configs/pull.csv
 
 cpinn-train --help | sed -n '/^Keys of/,/^formulas/s/^  \([a-z][^ ]*\): .*/\1/p' >keys.txt

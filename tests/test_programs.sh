@@ -374,6 +374,26 @@ said stdout.txt 'reduced rod and residual'
 cut -d, -f1,11-13 loop.csv >unseen.csv
 awk -F, -v OFS=, 'NR == 9 { $1 += 0.001 } 1' loop.csv >uneven.csv
 refused 'measured is missing' cpinn-residual "$arm"
+rest=$ROOT/configs/identify/residual.yaml
+run 0 cpinn-residual "$rest" --out rest.h5 --leave-out 20 --choices 1
+said stdout.txt '^40 poses fitted, 120 rows; 60 rows held out; 4 outputs of 2 inputs, 116 numbers'
+said stdout.txt '^20 poses left out, 1 choices, both '
+run 0 cpinn-solve "$rest" --set residual.file="$PWD/rest.h5" --at pull=1.5,load=0.5 --grid 2 --out learned.csv
+run 0 cpinn-solve "$rest" --set 'parameters.m0="0.012*sin(1.5)+0.005"' --set parameters.m1=0.005 \
+    --at pull=1.5,load=0.5,modulus=1e6 --grid 2 --out true.csv
+check learned -- awk -F, 'FNR == 3 { x[NR > 3] = $3; y[NR > 3] = $4 }
+    END { dx = x[0] - x[1]; dy = y[0] - y[1]; exit !(dx * dx + dy * dy < 5e-4 ^ 2) }' learned.csv true.csv
+refused 'residual.outputs: has .q., but no formula of the scene uses it' cpinn-solve "$rest" \
+    --at pull=1,load=0,modulus=1e6 --set 'residual.outputs={q: 1, m0: 1, m1: 1, n0: 1, n1: 1}'
+refused 'residual.outputs: says .m0: -1.; allowed: how large it may be, a number > 0' cpinn-residual \
+    "$rest" --set 'residual.outputs={m0: -1, m1: 1, n0: 1, n1: 1}'
+refused 'residual.inputs\[0\]: column 1 of .pulll.: unknown name' cpinn-residual "$rest" \
+    --set 'residual.inputs=[pulll]'
+refused 'residual.inputs\[1\]: depends on what is to be found' cpinn-residual "$rest" \
+    --set 'residual.inputs=[pull+load,modulus]'
+refused 'residual.file: .*: is not a cpinn checkpoint' cpinn-solve "$rest" \
+    --set residual.file="$PWD/true.csv" --at pull=1,load=0
+refused 'allowed: a name that ends in .h5' cpinn-residual "$rest" --out rest.csv
 refused 'unseen.csv: has no column x; allowed' cpinn-residual "$arm" --measured unseen.csv
 refused 'uneven.csv: row 8 is 0.021 s after' cpinn-residual "$arm" --measured uneven.csv
 refused 'has 1 motion, 1 held out' cpinn-residual "$arm" --measured loop.csv --held-out 1

@@ -293,6 +293,8 @@ for known in stiffness:quick swinging:long; do
     descents ${known#*:} fit_unknowns_${known%:*} none cpinn-solve \
         "$ROOT/configs/identify/${known%:*}.yaml" --threads 1
 done
+descents long fit_residual_rest rest_run.h5 cpinn-residual "$ROOT/configs/identify/residual.yaml" \
+    --set 'residual.hidden=[4]' --threads 1 --out rest_run.h5
 fit fit_residual fit_residual.csv cpinn-residual "$ROOT/configs/robots/soft_arm_control.yaml" \
     --measured loop.csv --steps 2 --units 2 --out fit_residual.csv
 descents long fit_residual_run residual_run.csv cpinn-residual \

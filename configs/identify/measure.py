@@ -13,11 +13,12 @@ import tempfile
 folder = os.path.dirname(os.path.abspath(__file__))
 
 
-def solve(scene, at, grid):
+def solve(scene, at, grid, given=()):
     with tempfile.TemporaryDirectory() as place:
         out = os.path.join(place, "solved.csv")
         subprocess.run(["cpinn-solve", os.path.join(folder, scene), "--at", at, "--quiet", "--grid",
-                        grid, "--out", out], check=True)
+                        grid, "--out", out, *(part for text in given for part in ("--set", text))],
+                       check=True)
         with open(out, newline="") as file:
             return [{name: float(value) for name, value in row.items()}
                     for row in csv.DictReader(file)]
@@ -67,3 +68,13 @@ for i in range(40):
     rows.append({**noisy(solve("backlash.yaml", at, "2")[-1], 2e-4, draw),
                  "wind1": winds[0], "wind2": winds[1]})
 write("backlash_tips.csv", ["wind1", "wind2", "s", "x", "y", "z"], rows)
+
+draw = random.Random(2)
+poses = []
+for i in range(60):
+    known = {"pull": round(draw.uniform(0, 3), 3), "load": round(draw.uniform(0, 1), 3)}
+    hidden = {"m0": 0.012 * math.sin(known["pull"]) + 0.01 * known["load"], "m1": 0.01 * known["load"]}
+    at = ",".join(f"{name}={value}" for name, value in known.items()) + ",modulus=1e6"
+    given = [f"parameters.{name}={value}" for name, value in hidden.items()]
+    poses += [{**noisy(row, 1e-4, draw), **known} for row in solve("residual.yaml", at, "4", given)[1:]]
+write("residual_poses.csv", ["s", "pull", "load", "x", "y", "z"], poses)

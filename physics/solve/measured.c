@@ -200,15 +200,36 @@ void solve_trials_fill(const solve_trials *trials, const double *values, size_t 
     for (int i = 0; i < trials->open.parameter_count; i++) {
         parameters[i] = row->known[i];
     }
+    values += trials->apart ? experiment * (size_t)trials->unknowns : 0;
     for (int i = 0; i < trials->unknowns; i++) {
         parameters[scene_known_count(&trials->open) + i] = values[i];
     }
     trial_memory_fill(trials->memory, values, row->turn, parameters);
 }
 
+static size_t values_of(const solve_trials *trials)
+{
+    return (size_t)trials->unknowns * (trials->apart ? trials->experiments : 1);
+}
+
+void solve_trials_tell(const solve_trials *trials, size_t *experiment, double *parameters)
+{
+    const size_t width = (size_t)trials->open.parameter_count;
+    for (size_t e = 0; e < trials->experiments; e++) {
+        memcpy(parameters + e * width, trials->row[trials->first[e]].known,
+               width * sizeof *parameters);
+        for (size_t r = trials->first[e]; r < trials->first[e + 1]; r++) {
+            const measured_row *row = &trials->row[r];
+            for (size_t k = 0; k < residuals_of(trials, row->set, row->row); k++) {
+                experiment[row->residual + k] = e;
+            }
+        }
+    }
+}
+
 static ad_status keep_curvature(solve_trials *trials, ad_error *error)
 {
-    const size_t unknowns = (size_t)trials->unknowns;
+    const size_t unknowns = values_of(trials);
     const size_t count = trials->experiments * 3 * solve_members_nodes(trials->members);
     trials->at = malloc((unknowns + 1) * sizeof *trials->at);
     trials->curvature = malloc((count + 1) * sizeof *trials->curvature);
@@ -218,6 +239,15 @@ static ad_status keep_curvature(solve_trials *trials, ad_error *error)
     return trials->at && trials->curvature
                ? AD_OK
                : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu members", trials->experiments);
+}
+
+ad_status solve_trials_apart(solve_trials *trials, ad_error *error)
+{
+    trials->apart = true;
+    free(trials->at);
+    free(trials->curvature);
+    trials->at = trials->curvature = NULL;
+    return trials->members ? keep_curvature(trials, error) : AD_OK;
 }
 
 /* Places where something was measured, and which of them each row has. */
@@ -603,7 +633,7 @@ ad_status solve_trials_run(solve_trials *trials, size_t count, const double *val
     if (status == AD_OK && trials->members) {
         status = run_all_members(&batch, count, error);
         if (status == AD_OK && count == 1) {
-            memcpy(trials->at, values, (size_t)trials->unknowns * sizeof *values);
+            memcpy(trials->at, values, values_of(trials) * sizeof *values);
         }
     } else {
         for (size_t i = 0; status == AD_OK && i < count * trials->experiments; i++) {

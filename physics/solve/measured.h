@@ -53,6 +53,14 @@ ad_status solve_trials_create(const scene *open, int sets, const solve_measured 
                               ad_error *error);
 void solve_trials_free(solve_trials *trials); /* NULL is allowed */
 
+/* From now on each experiment has values of its own: where one trial is run or differentiated,
+ * values are [experiments][unknowns]. AD_NO_MEMORY. */
+ad_status solve_trials_apart(solve_trials *trials, ad_error *error);
+
+/* The experiment of each residual [residuals], and its parameters [experiments][parameter_count], 0
+ * of unknowns. */
+void solve_trials_tell(const solve_trials *trials, size_t *experiment, double *parameters);
+
 size_t solve_trials_residuals(const solve_trials *trials); /* numbers that were measured */
 size_t solve_trials_experiments(const solve_trials *trials);
 
@@ -81,8 +89,8 @@ ad_status solve_trials_run(solve_trials *trials, size_t count, const double *val
  * which residuals [residuals] are those of a run. By members they are exact, to some 1e-8
  * (solve_members_jacobian). Of experiments that these do not solve they are differences between
  * ends [unknowns][2], values beside, for which `solved` solutions are found: to one side where
- * there is none on the other, not numbers where there is none. room [2 unknowns][residuals] is
- * written over. Bits and errors as above. */
+ * there is none on the other, not numbers where there is none; ends NULL: no numbers. room [2
+ * unknowns][residuals] is written over. Bits and errors as above. */
 ad_status solve_trials_differentiate(solve_trials *trials, const double *values, const double *ends,
                                      const double *residuals, double *room, double *jacobian,
                                      size_t *solved, ad_error *error);

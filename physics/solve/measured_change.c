@@ -325,7 +325,8 @@ ad_status solve_trials_differentiate(solve_trials *trials, const double *values,
     for (size_t i = 0; i < unknowns * trials->experiments; i++) {
         solve_trials_clear(trials, i / unknowns, jacobian + i % unknowns * trials->residuals);
     }
-    if (trials->members && memcmp(trials->at, values, unknowns * sizeof *values) != 0) {
+    const size_t count = unknowns * (trials->apart ? trials->experiments : 1);
+    if (trials->members && memcmp(trials->at, values, count * sizeof *values) != 0) {
         status = solve_trials_run(trials, 1, values, false, room, error);
     }
     trials->chooses = trials->rough = false;
@@ -334,5 +335,5 @@ ad_status solve_trials_differentiate(solve_trials *trials, const double *values,
     if (status == AD_OK && trials->recordings && trials->columns <= SOLVE_MEMBERS_COLUMNS) {
         status = change_recordings(&c, error);
     }
-    return status == AD_OK ? take_differences(&c, solved, error) : status;
+    return status == AD_OK && ends ? take_differences(&c, solved, error) : status;
 }

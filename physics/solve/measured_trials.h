@@ -23,6 +23,7 @@ typedef struct measured_row {
 struct solve_trials {
     scene open;
     int unknowns;
+    bool apart; /* each experiment has values of its own */
     bool has_quaternion;
     int first_rotation, columns; /* of the model: so many are needed */
     double tolerance;
@@ -33,8 +34,8 @@ struct solve_trials {
     double *known;          /* [rows][parameter_count] */
     trial_memory *memory;   /* NULL: inputs have none */
     size_t *first;          /* [experiments + 1] rows */
-    double *at, *curvature; /* [unknowns] of the last single trial by members, and its curvature,
-                             * of those that count [][3 nodes]; NaN: none */
+    double *at, *curvature; /* values of the last single trial by members, and its curvature, of
+                             * those that count [][3 nodes]; NaN: none */
     double *nodes; /* [experiments] of motions, kept so that solutions change smoothly; 0: open */
     bool chooses;  /* these, where one trial is run */
     bool rough;    /* the run at hand */

@@ -45,13 +45,13 @@ static const refusal refusals[] = {
      "tubes, beam, boundary, initial, time, manufactured, formulation, members, motion, "
      "enforcement, "
      "network, "
-     "losses, data_folder, data, training, surrogate, control, plan, optimize, "
+     "losses, residual, data_folder, data, training, surrogate, control, plan, optimize, "
      "checkpoint, output, reference"},
     {"[1, 2]\n", NULL,
      "scene.yaml:1:1: is a list; allowed: a section with the keys name, parameters, tables, rod, "
      "segments, loads, bodies, springs, tendons, chambers, tubes, beam, boundary, initial, time, "
      "manufactured, formulation, members, motion, enforcement, "
-     "network, losses, data_folder, data, training, surrogate, control, plan, optimize, "
+     "network, losses, residual, data_folder, data, training, surrogate, control, plan, optimize, "
      "checkpoint, output, reference"},
     {"rod:\n"
      "  \001length: 1\n",
@@ -85,7 +85,7 @@ static const refusal refusals[] = {
      "loads, bodies, springs, tendons, chambers, tubes, beam, boundary, initial, time, "
      "manufactured, "
      "formulation, members, motion, enforcement, network, "
-     "losses, data_folder, data, training, surrogate, control, plan, optimize, "
+     "losses, residual, data_folder, data, training, surrogate, control, plan, optimize, "
      "checkpoint, output, reference"},
     {"name: &a [x, x]\n", NULL, "scene.yaml:1:7: name: is a list; allowed: text"},
     {BASE "rod2: {}\n", NULL, "scene.yaml:4:1: rod2: unknown key; did you mean rod?"},

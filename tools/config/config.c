@@ -10,6 +10,10 @@ void config_free(config *experiment)
     if (experiment) {
         config_source_free(experiment->source);
         quantities_free(experiment->names);
+        if (experiment->residual.saved) {
+            learned_file_free(experiment->residual.saved);
+            free(experiment->residual.saved);
+        }
         free(experiment);
     }
 }
@@ -202,6 +206,7 @@ static ad_status fill_from_file(config *experiment, const void *context, ad_erro
 {
     const file_request *r = context;
     ad_status status = read_all(experiment, r, error);
+    status = status == AD_OK ? config_take_residual(experiment, error) : status;
     if (status == AD_OK && r->member) {
         status = close_member(experiment, r, error);
     }

@@ -9,6 +9,7 @@
 #include "tools/control/control_settings.h"
 #include "tools/optimize/optimize_settings.h"
 #include "tools/plan/plan_settings.h"
+#include "tools/train/learned_file.h"
 #include "tools/train/train_settings.h"
 
 #include <stdio.h>
@@ -50,11 +51,22 @@ typedef struct config_law {
     scene_law law; /* that the scene points to */
 } config_law;
 
+/* Names of formulas that a network says of what is known; without a file they are 0. */
+typedef struct config_residual {
+    const char *outputs; /* lines "name=how large it may be"; NULL: none */
+    int input_count;     /* 0: all parameters that are known */
+    const char *inputs[LEARNED_INPUTS_MAX];
+    int hidden_count, hidden[LEARNED_LAYERS_MAX];
+    const char *file;    /* relative to the YAML file, absolute once read; NULL: not learned */
+    learned_file *saved; /* what it holds */
+} config_residual;
+
 typedef struct config {
     quantities *names; /* of the formulas of the scene */
     int table_count;
     config_table tables[CONFIG_TABLES_MAX];
     config_law law;
+    config_residual residual;
     int parameter_count;
     config_parameter parameters[CONFIG_PARAMETERS_MAX]; /* in their order */
     struct scene scene;      /* loads in SI, whatever the YAML scaled; what section and material
@@ -114,6 +126,11 @@ ad_status config_check_stages(const config *config, ad_error *error);
 typedef ad_status config_work(config *config, const void *context, ad_error *error);
 ad_status config_with_points(config *config, config_work *work, const void *context,
                              ad_error *error);
+
+/* The next output of residual: its name and how large it may be, `length` characters of a line;
+ * `lines` goes on behind it. False: there is none. */
+bool config_residual_output(const char **lines, char name[CONFIG_PARAMETER_BYTES],
+                            const char **size, size_t *length);
 
 /* Blame `key` for something found after reading: the line as of config_read. */
 ad_status config_refuse(const config *config, const char *key, const char *problem,

@@ -128,8 +128,16 @@ static ad_status define_parameter(config *experiment, config_parameter *paramete
 static ad_status define_parameters(config *experiment, ad_error *error)
 {
     ad_status status = AD_OK;
-    for (int i = 0; i < experiment->parameter_count && status == AD_OK; i++) {
-        status = define_parameter(experiment, &experiment->parameters[i], error);
+    for (int pass = 0; pass < 2 && status == AD_OK; pass++) { /* formulas come last */
+        for (int i = 0; i < experiment->parameter_count && status == AD_OK; i++) {
+            config_parameter *parameter = &experiment->parameters[i];
+            if ((pass == 0) == !parameter->value.node) {
+                status = define_parameter(experiment, parameter, error);
+            }
+        }
+        if (status == AD_OK && pass == 0) {
+            status = config_define_residual(experiment, error);
+        }
     }
     return status;
 }
@@ -176,7 +184,8 @@ static ad_status check_uses(const config *experiment, ad_error *error)
     char path[CONFIG_PATH_MAX];
     for (int i = 0; i < experiment->scene.parameter_count; i++) {
         const char *name = experiment->scene.parameters[i].name;
-        if (!scene_uses(&experiment->scene, name) && !is_in_views(experiment, name)) {
+        if (!scene_uses(&experiment->scene, name) && !is_in_views(experiment, name) &&
+            !config_residual_uses(experiment, name)) {
             snprintf(path, sizeof path, "parameters.%s", name);
             return config_blame(experiment->source, error, path,
                                 "has a range, but no formula of the scene uses it");
@@ -219,6 +228,7 @@ ad_status config_parse_formulas(config *experiment, ad_error *error)
     }
     quantities_know_plays(experiment->names, false);
     status = status == AD_OK ? remember(experiment, error) : status;
+    status = status == AD_OK ? config_check_residual(experiment, error) : status;
     return status == AD_OK ? check_uses(experiment, error) : status;
 }
 

@@ -270,6 +270,13 @@ const config_key config_keys[] = {
     {"losses.causal.update_every", CONFIG_INTEGER, AT(settings.losses.causal_update_every),
      BETWEEN(1, 1000000), .unit = "steps"},
 
+    {"residual.outputs", CONFIG_FORMULAS, AT(residual.outputs)},
+    {"residual.inputs", CONFIG_TEXT, ENTRIES(0, LEARNED_INPUTS_MAX), AT(residual.inputs),
+     .count_offset = offsetof(config, residual.input_count)},
+    {"residual.hidden", CONFIG_INTEGER, ENTRIES(0, LEARNED_LAYERS_MAX), AT(residual.hidden),
+     .count_offset = offsetof(config, residual.hidden_count), BETWEEN(1, LEARNED_OUTPUTS_MAX)},
+    {"residual.file", CONFIG_TEXT, AT(residual.file)},
+
     {"data_folder", CONFIG_TEXT, AT(settings.data_folder)},
     {"data[].quantity", CONFIG_CHOICE, AT(settings.data[0].quantity),
      .names = train_quantity_names},

@@ -143,6 +143,13 @@ ad_status config_define_tables(config *experiment, ad_error *error);
 /* Read the file of rod.law and give the rod its law (config_tables.c). */
 ad_status config_take_law(config *experiment, ad_error *error);
 
+/* Read the file of residual, and give unknowns that were found with it their values; define its
+ * names; and whether all are used (config_residual.c). */
+ad_status config_take_residual(config *experiment, ad_error *error);
+ad_status config_define_residual(config *experiment, ad_error *error);
+bool config_residual_uses(const config *experiment, const char *name); /* as an input */
+ad_status config_check_residual(const config *experiment, ad_error *error);
+
 /* The values `at`, "a=1, b=2", in place of all ranges (config_at.c). */
 ad_status config_close(config *experiment, const char *at, ad_error *error);
 

@@ -28,6 +28,8 @@ void config_defaults(config *experiment)
         experiment->tables[i].x[0] = experiment->tables[i].y[0] = NAN;
     }
     experiment->law.numbers[0] = NAN;
+    experiment->residual.hidden_count = 1;
+    experiment->residual.hidden[0] = 16;
 }
 
 /* ---- choices ------------------------------------------------------------------------------- */

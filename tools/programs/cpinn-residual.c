@@ -7,6 +7,7 @@
 #include "tools/prepare/prepare.h"
 #include "tools/programs/fit_run.h"
 #include "tools/programs/help.h"
+#include "tools/programs/residual_rest.h"
 #include "tools/surrogate/surrogate.h"
 #include "tools/train/clock.h"
 
@@ -20,6 +21,7 @@ typedef struct options {
     const char *config, *measured, *out;
     cli_list overrides;
     int units, steps, held_out, seed;
+    int folds, left_out, choices, threads; /* at rest */
     double noise;
     fit_run run;
 } options;
@@ -317,15 +319,77 @@ static ad_status learn(learning *learning, ad_error *error)
     return status;
 }
 
+static ad_status learn_motions(learning *x, ad_error *error)
+{
+    options *o = &x->asked;
+    o->out = o->out ? o->out : "residual.csv";
+    if (!o->measured) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "--measured is missing; give a table of measured motions, or to the scene "
+                       "of a rod at rest residual.outputs");
+    }
+    ad_status status = table_check_path(o->out, error);
+    status = status == AD_OK ? make_model(x, error) : status;
+    status = status == AD_OK ? read_table(x, error) : status;
+    return status == AD_OK ? learn(x, error) : status;
+}
+
+static ad_status learn_rest(options *o, ad_error *error)
+{
+    const residual_rest_asked asked = {.scene = o->config,
+                                       .out = o->out ? o->out : "residual.h5",
+                                       .overrides = &o->overrides,
+                                       .steps = o->steps,
+                                       .folds = o->folds,
+                                       .left_out = o->left_out,
+                                       .choices = o->choices,
+                                       .threads = o->threads,
+                                       .seed = (uint64_t)o->seed,
+                                       .run = &o->run};
+    const size_t length = strlen(asked.out);
+    if (o->measured || o->held_out > 0) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "--measured, --held-out: the scene has residual.outputs; its measurements "
+                       "are its data, some with held_out: true");
+    }
+    if (length < 3 || strcmp(asked.out + length - 3, ".h5") != 0) {
+        return ad_fail(error, AD_BAD_INPUT, "--out %s: allowed: a name that ends in .h5",
+                       asked.out);
+    }
+    return residual_rest(&asked, error);
+}
+
+/* Of a scene with residual.outputs what is learned is at rest, else in motion. */
+static ad_status run(learning *x, ad_error *error)
+{
+    config *settings = NULL;
+    ad_status status = config_read(x->asked.config, NULL, x->asked.overrides.count,
+                                   x->asked.overrides.texts, &settings, error);
+    const bool rests = status == AD_OK && residual_rest_is_meant(settings);
+    config_free(settings);
+    return status != AD_OK ? status
+           : rests         ? learn_rest(&x->asked, error)
+                           : learn_motions(x, error);
+}
+
 int main(int argc, char **argv)
 {
     static learning x;
     options *o = &x.asked;
-    *o = (options){
-        .run.program = program, .out = "residual.csv", .units = 8, .steps = 40, .noise = 1e-3};
+    *o = (options){.run.program = program,
+                   .units = 8,
+                   .steps = 40,
+                   .noise = 1e-3,
+                   .folds = 5,
+                   .choices = 1000};
     const cli_option rows[] = {{"--measured", "TABLE", CLI_TEXT, &o->measured, 0, 0},
                                {"--out", "FILE", CLI_TEXT, &o->out, 0, 0},
                                CLI_SET(&o->overrides),
+                               CLI_DATA(&o->overrides),
+                               {"--folds", "N", CLI_INTEGER, &o->folds, 2, 1000},
+                               {"--leave-out", "N", CLI_INTEGER, &o->left_out, 1, 60},
+                               {"--choices", "N", CLI_INTEGER, &o->choices, 1, 1000000},
+                               CLI_THREADS(&o->threads),
                                {"--units", "N", CLI_INTEGER, &o->units, 1, 64},
                                {"--steps", "N", CLI_INTEGER, &o->steps, 0, 100000},
                                {"--held-out", "N", CLI_INTEGER, &o->held_out, 0, RUNS_MAX},
@@ -340,12 +404,7 @@ int main(int argc, char **argv)
     if (status != CLI_RUN) {
         return status;
     }
-    if (!o->measured) {
-        return cli_fail(program, "--measured is missing; give a table of measured motions");
-    }
-    bool good = table_check_path(o->out, &error) == AD_OK && make_model(&x, &error) == AD_OK &&
-                read_table(&x, &error) == AD_OK && learn(&x, &error) == AD_OK;
-    status = good ? 0 : cli_fail_error(program, &error);
+    status = run(&x, &error) == AD_OK ? 0 : cli_fail_error(program, &error);
     residual_free(x.net);
     observation_free(x.eye);
     reduced_free(x.rod);
