@@ -73,7 +73,7 @@ done
 # A member that is moved by a millimetre is seen.
 cp -r out/sorosim/data made/opencr-mujoco && rm -rf made/Continuum*
 sed -i '6s/,[^,]*$/,0.001/' "$folder/TPURodMuJoCo_dataStatics.csv"
-run 0 "$table" --out out made
+run 0 "$table" --out out made sorosim
 check it is seen -- test "$(column 'TPU: coordinates' physics)" != 100.00
 rm "$folder/TPURodMuJoCo_dataStatics.csv"
 run 1 "$table" --out out made sorosim
