@@ -259,7 +259,7 @@ static void follow_slopes(const scene *open, open_names *names, const double *sl
 void scene_remember_path(const scene *open, size_t rows, double *parameters, double *slopes)
 {
     const int count = open->parameter_count, states = open->memory_count;
-    const size_t width = (size_t)(states * count);
+    const size_t width = (size_t)states * (size_t)count;
     open_names names = {.count = QUANTITY_OPEN_MAX};
     double *next = parameters + scene_given_count(open);
     for (int i = 0; i < count; i++) {
