@@ -11,7 +11,8 @@ import shutil
 import subprocess
 import sys
 
-PAGES = ["README.md", "configs/README.md", "configs/cases/README.md", "configs/tutorial/*.md",
+PAGES = ["README.md", "configs/README.md", "configs/cases/README.md", "configs/measured/README.md",
+         "configs/tutorial/*.md",
          "autodiff/README.md", "tools/bench/README.md", "tools/site/pages/*.md",
          "tools/python/README.md", "CHANGELOG.md", "CONTRIBUTING.md"]
 PROGRAMS = ["train", "eval", "solve", "show", "export", "control", "check", "fit", "law", "residual",
