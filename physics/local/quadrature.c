@@ -5,7 +5,7 @@
 #include <string.h>
 
 /* Panels; shortest panel and element; how exactly a panel is integrated, of the size of a row. */
-enum { PANELS_MAX = 8192, NARROW_MAX = 64 };
+enum { PANELS_MAX = SCENE_PANELS_MAX, NARROW_MAX = 64 };
 static const double SHORTEST = 1e-11, ROUNDING = 1e-13;
 
 /* A row that amounts to less is compared with this: the far tail of what is narrow may be nothing
@@ -185,6 +185,7 @@ static void gather_places(solve_quadrature *quadrature, const scene_breaks *brea
     }
 }
 
+/* With room for PANELS_MAX. */
 static ad_status fill_panels(solve_quadrature *quadrature, const scene *of, ad_error *error)
 {
     scene_panels panels;
@@ -192,13 +193,14 @@ static ad_status fill_panels(solve_quadrature *quadrature, const scene *of, ad_e
     if (status != AD_OK) {
         return status;
     }
-    quadrature->edges = panels.edges;
+    quadrature->edges = malloc((PANELS_MAX + 1) * sizeof *quadrature->edges);
     quadrature->count = panels.count;
     quadrature->unresolved = panels.unresolved;
-    for (int i = 0; i <= panels.count; i++) {
+    for (int i = 0; i <= panels.count && quadrature->edges; i++) {
         quadrature->edges[i] = i == panels.count ? 1 : panels.edges[i] / scene_length(of);
     }
-    return AD_OK;
+    scene_panels_free(&panels);
+    return quadrature->edges ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for panels");
 }
 
 /* Whether any two places, or ends of the range, are so close that an element of high degree between

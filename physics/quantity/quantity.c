@@ -11,13 +11,14 @@
 enum { BUCKETS = 256, NAMES_MAX = 256 };
 
 struct quantities {
-    pthread_mutex_t lock; /* of the buckets */
+    pthread_mutex_t lock; /* of the buckets, and of what is kept */
     quantity_node *buckets[BUCKETS];
     int count, open;
     quantity_name names[NAMES_MAX];
     quantity_table *tables;
     const quantities *outer;
     quantity_plays memory;
+    quantity_kept kept;
 };
 
 static const quantity_node no_memory = {
@@ -208,6 +209,9 @@ void quantities_free(quantities *names)
         }
     }
     quantity_tables_free(names->tables);
+    for (int i = 0; i < QUANTITY_KEPT_MAX; i++) {
+        free(names->kept.findings[i].bytes);
+    }
     pthread_mutex_destroy(&names->lock);
     free(names);
 }
@@ -313,6 +317,17 @@ ad_status quantities_define(quantities *names, const char *name, quantity value,
         add_name(names, name, value);
     }
     return status;
+}
+
+quantity_kept *quantities_lock_kept(quantities *names)
+{
+    pthread_mutex_lock(&names->lock);
+    return &names->kept;
+}
+
+void quantities_unlock_kept(quantities *names)
+{
+    pthread_mutex_unlock(&names->lock);
 }
 
 const quantity_table *quantities_table(const quantities *names, const char *name, size_t length)

@@ -109,6 +109,19 @@ quantity quantity_play_call(quantities *names, quantity x, quantity r);
 /* `value` with the text of a formula as it was written. */
 quantity quantity_written(quantity as, quantity value);
 
+/* kept.c: the last findings, each the bytes of its key and behind them what is found. */
+enum { QUANTITY_KEPT_MAX = 16 };
+typedef struct quantity_finding {
+    size_t key_size, size;
+    char *bytes; /* NULL: none */
+} quantity_finding;
+typedef struct quantity_kept {
+    unsigned count; /* of all that were kept */
+    quantity_finding findings[QUANTITY_KEPT_MAX];
+} quantity_kept;
+quantity_kept *quantities_lock_kept(quantities *names); /* those of `names`, for one thread */
+void quantities_unlock_kept(quantities *names);
+
 /* Whether the name goes on there with a point and a letter, as "tip.x" does. */
 bool quantity_name_goes_on(const char *at);
 

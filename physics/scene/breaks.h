@@ -36,8 +36,10 @@ ad_status scene_rise_time(const scene *rod_scene, double *rise, ad_error *error)
 /* Panels: between two edges no formula jumps, and none does what samples of it do not show: where
  * its slopes, enclosed by interval arithmetic, differ by much more than those at samples, the panel
  * is halved. So what is narrow but smooth lies on narrow panels. */
+enum { SCENE_PANELS_MAX = 8192 };
+
 typedef struct scene_panels {
-    int count;
+    int count;     /* at most SCENE_PANELS_MAX */
     double *edges; /* [count + 1], ascending, from 0 to the end of the range; m or s */
     /* A formula that has places which are not found, or needs more panels than there may be: its
      * dotted YAML key, static text; NULL: all is seen. */

@@ -1,14 +1,16 @@
 /* Panels of a coordinate: between breaks, and short where formulas vary on short lengths. */
 #include "physics/numerics/constants.h"
 #include "physics/numerics/sort.h"
+#include "physics/quantity/kept.h"
 #include "physics/scene/breaks.h"
 #include "physics/scene/scene_walk.h"
 
 #include <math.h>
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { PANELS_MAX = 8192, SAMPLES = 6, OTHERS = 5, PARTS = 8 };
+enum { PANELS_MAX = SCENE_PANELS_MAX, SAMPLES = 6, OTHERS = 5, PARTS = 8 };
 
 /* A formula is seen where the slopes that it may have differ by no more than so many times those at
  * samples, or change it by no more than a share of all that it varies: the first, or where that
@@ -287,8 +289,8 @@ static void fill(dividing *in, const scene *rod_scene, const scene_breaks *break
     scene_walk(rod_scene, in->along_s ? "s" : "t", &walker);
 }
 
-ad_status scene_panels_of(const scene *rod_scene, const char *coordinate, scene_panels *result,
-                          ad_error *error)
+static ad_status find_panels(const scene *rod_scene, const char *coordinate, scene_panels *result,
+                             ad_error *error)
 {
     scene_breaks breaks;
     dividing in = {.along_s = strcmp(coordinate, "s") == 0,
@@ -296,26 +298,121 @@ ad_status scene_panels_of(const scene *rod_scene, const char *coordinate, scene_
                    .t = {0, scene_duration(rod_scene)},
                    .result = result};
     in.end = in.along_s ? in.s.high : in.t.high;
-    *result = (scene_panels){.edges = calloc(PANELS_MAX + 1, sizeof *result->edges)};
+    result->edges = calloc(PANELS_MAX + 2, sizeof *result->edges);
     in.seen = malloc((scene_walk_formulas(rod_scene, coordinate) + 1) * sizeof *in.seen);
     ad_status status =
         result->edges && in.seen
             ? scene_breaks_of(rod_scene, coordinate, &breaks, error)
             : ad_fail(error, AD_NO_MEMORY, "out of memory for %d panels", PANELS_MAX);
-    if (status != AD_OK) {
-        free(in.seen);
-        scene_panels_free(result);
-        return status;
-    }
-    fill(&in, rod_scene, &breaks, FIRST_SHARE);
-    if (result->unresolved && !breaks.unresolved) {
-        fill(&in, rod_scene, &breaks, LAST_SHARE);
-    }
-    if (!result->unresolved) {
-        join(&in, &breaks);
+    if (status == AD_OK) {
+        fill(&in, rod_scene, &breaks, FIRST_SHARE);
+        if (result->unresolved && !breaks.unresolved) {
+            fill(&in, rod_scene, &breaks, LAST_SHARE);
+        }
+        if (!result->unresolved) {
+            join(&in, &breaks);
+        }
     }
     free(in.seen);
-    return AD_OK;
+    return status;
+}
+
+/* ---- once for each scene --------------------------------------------------------------------- */
+
+/* All that panels follow from. */
+typedef struct panels_key {
+    quantities *names; /* of all its formulas */
+    bool has_several;
+    size_t count;
+    uint64_t *words; /* [count]; NULL: they are counted only */
+} panels_key;
+
+static void add_word(panels_key *to, const void *word, size_t size)
+{
+    if (to->words) {
+        to->words[to->count] = 0;
+        memcpy(&to->words[to->count], word, size);
+    }
+    to->count++;
+}
+
+static void key_formula(void *context, const char *key, quantity q, quantity_interval s)
+{
+    panels_key *to = context;
+    quantities *names = quantity_names(q);
+    to->has_several |= to->names && names != to->names;
+    to->names = names;
+    add_word(to, &key, sizeof key);
+    add_word(to, &q.node, sizeof q.node);
+    add_word(to, &s.low, sizeof s.low);
+    add_word(to, &s.high, sizeof s.high);
+}
+
+static void key_place(void *context, const char *key, double s)
+{
+    add_word(context, &key, sizeof key);
+    add_word(context, &s, sizeof s);
+}
+
+static void make_key(const scene *rod_scene, const char *coordinate, panels_key *to)
+{
+    const scene_walker walker = {.formula = key_formula, .place = key_place, .context = to};
+    const double ends[2] = {scene_length(rod_scene), scene_duration(rod_scene)};
+    to->count = 0;
+    add_word(to, coordinate, 1);
+    add_word(to, &ends[0], sizeof ends[0]);
+    add_word(to, &ends[1], sizeof ends[1]);
+    scene_walk(rod_scene, coordinate, &walker);
+}
+
+/* Kept as edges, and behind them the key of what is unresolved. */
+static ad_status recall(const panels_key *key, scene_panels *result, ad_error *error)
+{
+    size_t size = 0;
+    void *found;
+    ad_status status = quantities_recall(key->names, key->count * sizeof *key->words, key->words,
+                                         &size, &found, error);
+    if (status == AD_OK && found) {
+        result->edges = found;
+        result->count = (int)(size / sizeof *result->edges) - 2;
+        memcpy(&result->unresolved, &result->edges[result->count + 1], sizeof result->unresolved);
+    }
+    return status;
+}
+
+static ad_status keep(const panels_key *key, const scene_panels *panels, ad_error *error)
+{
+    memcpy(&panels->edges[panels->count + 1], &panels->unresolved, sizeof panels->unresolved);
+    return quantities_keep(key->names, key->count * sizeof *key->words, key->words,
+                           ((size_t)panels->count + 2) * sizeof *panels->edges, panels->edges,
+                           error);
+}
+
+ad_status scene_panels_of(const scene *rod_scene, const char *coordinate, scene_panels *result,
+                          ad_error *error)
+{
+    panels_key key = {.names = NULL};
+    ad_status status = AD_OK;
+    *result = (scene_panels){.edges = NULL};
+    make_key(rod_scene, coordinate, &key);
+    const bool kept = key.names && !key.has_several;
+    if (kept) {
+        key.words = malloc(key.count * sizeof *key.words);
+        if (!key.words) {
+            return ad_fail(error, AD_NO_MEMORY, "out of memory for the key of panels");
+        }
+        make_key(rod_scene, coordinate, &key);
+        status = recall(&key, result, error);
+    }
+    if (status == AD_OK && !result->edges) {
+        status = find_panels(rod_scene, coordinate, result, error);
+        status = status == AD_OK && kept ? keep(&key, result, error) : status;
+    }
+    free(key.words);
+    if (status != AD_OK) {
+        scene_panels_free(result);
+    }
+    return status;
 }
 
 ad_status scene_divisions_of(const scene *rod_scene, const char *coordinate, int most,

@@ -299,6 +299,51 @@ static void test_many_formulas(void **state)
     scene_panels_free(&of_many);
 }
 
+/* Scenes that differ in one thing each, with formulas of the same names. */
+static scene kept_scene(quantities *names, int number)
+{
+    static const char *const loads[] = {"exp(-((s-0.3)/1e-3)^2)", "exp(-((s-0.6)/1e-3)^2)*t"};
+    scene rod = rod_of_length(number == 1 ? 1.25 : 1);
+    rod.duration = quantity_number(number == 2 ? 2 : 1);
+    rod.loads.force[0] = quantity_formula(names, loads[number == 3]);
+    rod.point_count = number == 4 || number == 5;
+    rod.points[0].at = quantity_number(number == 4 ? 0.4 : 0.7);
+    rod.tendon_count = number > 5;
+    rod.tendons[0].offset[0] = quantity_formula(names, "0.01*exp(-((s-0.8)/1e-3)^2)");
+    rod.tendons[0].end = quantity_number(number == 6 ? 0.81 : 0.75);
+    rod.loads.moment[1] = quantity_formula(names, number == 8 ? "where(sin(3000*s), 1, 0)" : "s");
+    return rod;
+}
+
+/* What is kept of a scene is what is found for it alone, to the last bit. */
+static void test_kept(void **state)
+{
+    enum { SCENES = 9, ROUNDS = 3 };
+    (void)state;
+    quantities *together = quantities_create();
+    assert_non_null(together);
+    for (int i = 0; i < SCENES * ROUNDS * 2; i++) {
+        const char *coordinate = i % 2 == 0 ? "s" : "t";
+        quantities *alone = quantities_create();
+        scene one = kept_scene(together, i / 2 % SCENES), same = kept_scene(alone, i / 2 % SCENES);
+        scene_panels found, again, expected;
+        assert_int_equal(scene_panels_of(&one, coordinate, &found, NULL), AD_OK);
+        assert_int_equal(scene_panels_of(&one, coordinate, &again, NULL), AD_OK);
+        assert_int_equal(scene_panels_of(&same, coordinate, &expected, NULL), AD_OK);
+        const size_t size = ((size_t)expected.count + 1) * sizeof *expected.edges;
+        assert_true(found.count == expected.count && again.count == expected.count);
+        assert_memory_equal(found.edges, expected.edges, size);
+        assert_memory_equal(again.edges, expected.edges, size);
+        assert_ptr_equal(found.unresolved, expected.unresolved);
+        assert_ptr_equal(again.unresolved, expected.unresolved);
+        scene_panels_free(&found);
+        scene_panels_free(&again);
+        scene_panels_free(&expected);
+        quantities_free(alone);
+    }
+    quantities_free(together);
+}
+
 /* Every change of sign that samples show of random conditions is among the places. */
 static void test_none_missed(void **unused)
 {
@@ -453,6 +498,7 @@ int main(void)
         cmocka_unit_test(test_few_panels),    cmocka_unit_test(test_narrow),
         cmocka_unit_test(test_none_missed),   cmocka_unit_test(test_rise_time),
         cmocka_unit_test(test_many_formulas), cmocka_unit_test(test_every_pulse),
+        cmocka_unit_test(test_kept),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
