@@ -583,9 +583,8 @@ ad_status stability_points(const scene *rod_scene, double *s, ad_error *error)
     return status;
 }
 
-/* With that share of the stiffness of sections against bending and twist. */
-static ad_status count_with(const scene *rod_scene, double load_factor, double left,
-                            const double *values, int *count, ad_error *error)
+ad_status stability_count_with(const scene *rod_scene, double load_factor, double left,
+                               const double *values, int *count, ad_error *error)
 {
     *count = -1;
     if (scene_is_beam(rod_scene)) {
@@ -636,39 +635,9 @@ static ad_status count_with(const scene *rod_scene, double load_factor, double l
     return status;
 }
 
-ad_status stability_count_at(const scene *rod_scene, double load_factor, const double *values,
-                             int *count, ad_error *error)
-{
-    return count_with(rod_scene, load_factor, 1, values, count, error);
-}
-
 ad_status stability_count(const scene *rod_scene, const double *values, int *count, ad_error *error)
 {
-    return stability_count_at(rod_scene, 1, values, count, error);
-}
-
-/* The share that it may lose is between `low` and `high`, if the latter is finite. */
-ad_status stability_margin(const scene *rod_scene, const double *values, double *margin,
-                           ad_error *error)
-{
-    enum { STEPS = 60 };
-    static const double ALL = 1e-6, FINE = 1e-10;
-    double low = -INFINITY, high = 1 - ALL, at = high;
-    *margin = NAN;
-    for (int k = 0; k < STEPS && high - low > FINE * fmax(1, fabs(high)); k++) {
-        int count;
-        const ad_status status = count_with(rod_scene, 1, 1 - at, values, &count, error);
-        if (status != AD_OK || count < 0) {
-            return status;
-        }
-        *(count > 0 ? &high : &low) = at;
-        if (k == 0 && count == 0) {
-            low = high = 1;
-        }
-        at = low > -INFINITY ? (low + high) / 2 : high > 0 ? 0 : 2 * high - 1;
-    }
-    *margin = (low + high) / 2;
-    return AD_OK;
+    return stability_count_with(rod_scene, 1, 1, values, count, error);
 }
 
 static bool has_no_energy(const law *one)

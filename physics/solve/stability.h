@@ -36,12 +36,6 @@ ad_status stability_points(const scene *rod_scene, double *s, ad_error *error);
 ad_status stability_count(const scene *rod_scene, const double *values, int *count,
                           ad_error *error);
 
-/* How far it is from giving way: the share of the sections' stiffness against bending and twist
- * that the rod could lose, all else and the shape as they are, to 1e-10: as solve_members_margin,
- * which has it from another matrix. NaN where no count is known. */
-ad_status stability_margin(const scene *rod_scene, const double *values, double *margin,
-                           ad_error *error);
-
 /* Why there is no margin of a rod, or of a family, at rest: its loads have no energy, and so on, in
  * words that follow "stability: "; NULL: there is one. */
 const char *stability_without_margin(const scene *rod_scene);
@@ -77,8 +71,9 @@ void stability_judge(const stability *stability, const char *advice, verdict *re
 ad_status stability_of_motion(const scene *rod_scene, const double *values, stability *result,
                               ad_error *error);
 
-/* The same on the way to the loads, where tubes are not yet what they are at rest. */
-ad_status stability_count_at(const scene *rod_scene, double load_factor, const double *values,
-                             int *count, ad_error *error);
+/* stability_count on the way to the loads, where tubes are not yet what they are at rest, and where
+ * sections have but a share of their stiffness against bending and twist `left`. */
+ad_status stability_count_with(const scene *rod_scene, double load_factor, double left,
+                               const double *values, int *count, ad_error *error);
 
 #endif

@@ -56,7 +56,7 @@ ad_status static_unstable(const static_solution *solution, int *count, ad_error 
     *count = -1;
     ad_status status = sample(solution, &given, values, error);
     return status == AD_OK
-               ? stability_count_at(&given, solution->system->path.load, values, count, error)
+               ? stability_count_with(&given, solution->system->path.load, 1, values, count, error)
                : status;
 }
 
