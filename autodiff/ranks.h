@@ -62,12 +62,6 @@ typedef ad_status (*ad_pool_item)(void *context, int item, int thread, ad_error 
 ad_status ad_pool_deal(ad_pool *pool, int count, ad_pool_item work, void *context, int made_count,
                        const ad_dealt *made, ad_error *error);
 
-/* total [width]: the sum of rows [items][width] in their order, of which work(context, item,
- * thread) makes one; each rank makes neighbouring ones, and has no others afterwards. At most 64
- * items. Memory and errors as above. */
-ad_status ad_pool_sum(ad_pool *pool, int items, ad_pool_work work, void *context, size_t width,
-                      double *rows, double *total, ad_error *error);
-
 /* Whether this is the only process, or rank 0, which prints and writes for all. */
 static inline bool ad_ranks_is_first(const ad_ranks *ranks)
 {

@@ -7,10 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum {
-    SUM_ITEMS_MAX = 64,
-    ERROR_NUMBERS = (sizeof(ad_error) + sizeof(double) - 1) / sizeof(double)
-};
+enum { ERROR_NUMBERS = (sizeof(ad_error) + sizeof(double) - 1) / sizeof(double) };
 
 /* What a rank says when it has nothing left to do. */
 enum { SAID_DONE, SAID_ADDED, SAID_FAILED, SAID_STOPPED };
@@ -292,63 +289,4 @@ ad_status ad_pool_deal(ad_pool *pool, int count, ad_pool_item work, void *contex
     }
     pthread_mutex_destroy(&d.mutex);
     return status;
-}
-
-/* ---- sums ------------------------------------------------------------------------------------ */
-
-typedef struct part {
-    ad_pool_work work;
-    void *context;
-    int first;
-} part;
-
-static void do_part(void *context, int item, int thread)
-{
-    const part *of = context;
-    of->work(of->context, of->first + item, thread);
-}
-
-/* The first of `items` rows, then the others one after the other. */
-static void add_rows(void *context, size_t width, double *rows, double *to)
-{
-    const int items = *(const int *)context;
-    memcpy(to, rows, width * sizeof *to);
-    for (int k = 1; k < items; k++) {
-        const double *row = rows + (size_t)k * width;
-        for (size_t i = 0; i < width; i++) {
-            to[i] += row[i];
-        }
-    }
-}
-
-ad_status ad_pool_sum(ad_pool *pool, int items, ad_pool_work work, void *context, size_t width,
-                      double *rows, double *total, ad_error *error)
-{
-    share *s = ad_pool_get_share(pool);
-    const double *own[SUM_ITEMS_MAX];
-    int counts[AD_RANKS_MAX];
-    if (items < 1 || items > SUM_ITEMS_MAX) {
-        return ad_fail(error, AD_BAD_ARGUMENT, "a sum of %d items; allowed: 1 to %d", items,
-                       SUM_ITEMS_MAX);
-    }
-    if (!s->ranks) {
-        ad_pool_run(pool, items, work, context);
-        add_rows(&items, width, rows, total);
-        return AD_OK;
-    }
-    const int ranks = s->ranks->count, rank = s->ranks->rank;
-    for (int i = 0; i < ranks; i++) {
-        counts[i] =
-            (int)(share_first((size_t)items, ranks, i + 1) - share_first((size_t)items, ranks, i));
-    }
-    if (!ad_share_make_room(s, ad_share_room(ranks, counts, rank, width))) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for sums of several processes");
-    }
-    part of = {work, context, (int)share_first((size_t)items, ranks, rank)};
-    ad_pool_run(pool, counts[rank], do_part, &of);
-    for (int k = 0; k < counts[rank]; k++) {
-        own[k] = rows + (size_t)(of.first + k) * width;
-    }
-    ad_share_sum(s, counts, own, width, add_rows, &items, total);
-    return AD_OK;
 }

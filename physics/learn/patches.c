@@ -9,16 +9,9 @@
 
 const char *patches_end_word(patches_end end)
 {
-#define PATCHES_END_WORD(code, word, text) word,
+#define PATCHES_END_WORD(code, word) word,
     static const char *const words[] = {PATCHES_END_LIST(PATCHES_END_WORD)};
     return words[end];
-}
-
-const char *patches_end_text(patches_end end)
-{
-#define PATCHES_END_TEXT(code, word, text) text,
-    static const char *const texts[] = {PATCHES_END_LIST(PATCHES_END_TEXT)};
-    return texts[end];
 }
 
 void patches_free(patches *p)

@@ -26,26 +26,22 @@ extern "C" {
 
 enum { PATCHES_COORDINATES_MAX = 4 };
 
-/* Why it ended: row, word, meaning. */
+/* Why it ended: row, word. */
 #define PATCHES_END_LIST(X)                                                                        \
-    X(PATCHES_CONVERGED, "converged", "The estimated error is within the tolerance.")              \
-    X(PATCHES_INACCURATE, "inaccurate",                                                            \
-      "The estimated error is above the tolerance, and finer patches did not lower it enough; or " \
-      "conditions do not determine the fields.")                                                   \
-    X(PATCHES_TIME_OVER, "time over", "The time was over before the tolerance was reached.")       \
-    X(PATCHES_DIVERGED, "diverged",                                                                \
-      "Gauss-Newton steps found no solution, in the smallest window of time either.")              \
-    X(PATCHES_STOPPED, "stopped", "It was asked to stop.")
+    X(PATCHES_CONVERGED, "converged")   /* the estimated error is within the tolerance */          \
+    X(PATCHES_INACCURATE, "inaccurate") /* it is not, and finer patches did not lower it enough */ \
+    X(PATCHES_TIME_OVER, "time over")                                                              \
+    X(PATCHES_DIVERGED, "diverged") /* no solution, in the smallest window of time either */       \
+    X(PATCHES_STOPPED, "stopped")   /* it was asked to */
 
 typedef enum patches_end {
-#define PATCHES_END_ENUM(code, word, text) code,
+#define PATCHES_END_ENUM(code, word) code,
     PATCHES_END_LIST(PATCHES_END_ENUM)
 #undef PATCHES_END_ENUM
         PATCHES_END_COUNT
 } patches_end;
 
 const char *patches_end_word(patches_end end);
-const char *patches_end_text(patches_end end);
 
 typedef struct patches_progress {
     int attempt;     /* from 1 on: an error above the tolerance begins anew, finer */

@@ -288,7 +288,7 @@ static void test_agreement(void **state)
 
 /* ---- items of work --------------------------------------------------------------------------- */
 
-enum { ITEMS = 301, EACH = 7, BYTES = 3, SUMMED = 16, SUM_WIDTH = 1000 };
+enum { ITEMS = 301, EACH = 7, BYTES = 3 };
 
 /* Item i makes EACH numbers, the last one two of them, and BYTES characters; those from `fails` on
  * fail. */
@@ -325,12 +325,6 @@ static ad_status make_item(void *context, int item, int thread, ad_error *error)
     return item >= x->fails ? ad_fail(error, AD_NOT_FINITE, "item %d", item) : AD_OK;
 }
 
-static void fill_row(void *context, int item, int thread)
-{
-    (void)thread;
-    fill((double *)context + (size_t)item * SUM_WIDTH, SUM_WIDTH, item);
-}
-
 static bool is_asked(void *context)
 {
     items *x = context;
@@ -356,7 +350,6 @@ static void deal(ad_pool *pool, double *results)
     const int rank = ranks ? ranks->rank : 0, count = ranks ? ranks->count : 1;
     ad_error error;
     items *x = calloc(1, sizeof *x);
-    double *rows = calloc(SUMMED * SUM_WIDTH, sizeof *rows);
     const ad_dealt all[2] = {{x->numbers, EACH * sizeof *x->numbers, sizeof x->numbers},
                              {x->letters, BYTES, sizeof x->letters}};
     test_one_item(pool, x);
@@ -367,7 +360,6 @@ static void deal(ad_pool *pool, double *results)
     }
     memcpy(results, x->numbers, sizeof x->numbers);
     memcpy(results + ITEMS * EACH - 5, x->letters, sizeof x->letters);
-    results += ITEMS * EACH + ITEMS;
     double done = x->done;
     if (ranks) {
         double each[RANKS_MAX];
@@ -392,18 +384,13 @@ static void deal(ad_pool *pool, double *results)
     assert_int_equal(ad_pool_deal(pool, ITEMS, make_item, x, 2, all, &error), AD_OK);
     assert_true(ad_pool_stopped(pool));
     ad_pool_watch(pool, NULL, NULL);
-    assert_int_equal(ad_pool_sum(pool, SUMMED, fill_row, rows, SUM_WIDTH, rows, results, &error),
-                     AD_OK);
-    assert_int_equal(ad_pool_sum(pool, 0, fill_row, rows, 1, rows, results, &error),
-                     AD_BAD_ARGUMENT);
-    free(rows);
     free(x);
 }
 
 static void test_items(void **state)
 {
     (void)state;
-    compare(deal, ITEMS * EACH + ITEMS + SUM_WIDTH);
+    compare(deal, ITEMS * EACH + ITEMS);
 }
 
 /* Every point is somebody's. */
