@@ -1,21 +1,12 @@
 /* Equations of one's own through the face of the library: solved, kept, read and evaluated. */
 #include "tools/library/cpinn.h"
 
-#include "near.h"
+#include "done.h"
 #include "temporary_folder.h"
 
 #include <string.h>
 
 static const double pi = 3.14159265358979323846;
-
-static ad_error error;
-
-#define DONE(call)                                                                                 \
-    do {                                                                                           \
-        if ((call) != AD_OK) {                                                                     \
-            fail_msg("%s", error.message);                                                         \
-        }                                                                                          \
-    } while (0)
 
 /* Heat in a bar with cold ends: u = exp(-pi^2 k t) sin(pi x). */
 static equations *heat(void)

@@ -1,27 +1,10 @@
 /* Equations as text: what is recorded of them against numbers by hand, and refusals. */
 #include "physics/learn/equations.h"
 
+#include "done.h"
 #include "evaluate.h"
 
 #include <stdio.h>
-
-static ad_error error;
-
-#define DONE(call)                                                                                 \
-    do {                                                                                           \
-        if ((call) != AD_OK) {                                                                     \
-            fail_msg("%s", error.message);                                                         \
-        }                                                                                          \
-    } while (0)
-
-#define REFUSED(call, words)                                                                       \
-    do {                                                                                           \
-        error.message[0] = '\0';                                                                   \
-        assert_int_equal((call), AD_BAD_INPUT);                                                    \
-        if (!strstr(error.message, (words))) {                                                     \
-            fail_msg("'%s' says nothing of '%s'", error.message, (words));                         \
-        }                                                                                          \
-    } while (0)
 
 /* x in [-1, 1], t in [0, 2] as time, a field u. */
 static equations *burgers(void)

@@ -2,6 +2,7 @@
 #include "physics/learn/equations.h"
 #include "physics/learn/patches.h"
 
+#include "done.h"
 #include "evaluate.h"
 
 #include <math.h>
@@ -10,15 +11,7 @@
 #include <string.h>
 
 static const double pi = 3.14159265358979323846;
-static ad_error error;
 static ad_pool *pool;
-
-#define DONE(call)                                                                                 \
-    do {                                                                                           \
-        if ((call) != AD_OK) {                                                                     \
-            fail_msg("%s", error.message);                                                         \
-        }                                                                                          \
-    } while (0)
 
 /* ---- cases ----------------------------------------------------------------------------------- */
 
