@@ -381,6 +381,7 @@ void solve_trials_compare(const solve_trials *trials, const measured_row *of,
                           double *residuals)
 {
     const solve_measured *set = of->set;
+    const double root = set->weight ? sqrt(set->weight[of->row]) : 1;
     double pose[3 + QUATERNION];
     for (int i = 0; i < 3 + QUATERNION && of->view && of->view->moves; i++) {
         pose[i] = computed[(size_t)i * stride];
@@ -399,12 +400,12 @@ void solve_trials_compare(const solve_trials *trials, const measured_row *of,
             }
             rotation_between(p, q, vector);
             for (int i = 0; i < 3; i++) {
-                *residuals++ = vector[i] / set->noise[c];
+                *residuals++ = root * vector[i] / set->noise[c];
             }
             c += QUATERNION - 1;
         } else if (!isnan(*measured)) {
-            *residuals++ =
-                (seen(of, computed, stride, pose, set->column[c]) - *measured) / set->noise[c];
+            *residuals++ = root * (seen(of, computed, stride, pose, set->column[c]) - *measured) /
+                           set->noise[c];
         }
     }
 }

@@ -29,6 +29,7 @@ typedef struct solve_measured {
     double noise[MODEL_COLUMNS_MAX];   /* [columns] standard deviation, > 0, in the column's unit */
     const double *values;              /* [columns][rows]; NaN: missing, and does not count */
     const solve_inputs *const *inputs; /* [rows] over time, NULL: none of a row; NULL: of none */
+    const double *weight;              /* [rows] of their squares; NULL: 1 */
     const solve_view *view; /* of positions and rotations in space, of which all columns are there;
                              * its delay of any quantity. NULL: they are those of the axis */
     /* Of inputs with a memory: known values of all that was commanded from the beginning on, as

@@ -18,6 +18,7 @@
     }
 
 CONFIG_NAMES(truth_names, "false", "true", )
+CONFIG_NAMES(loss_names, TRAIN_LOSS_LIST(CONFIG_NAME))
 CONFIG_NAMES(unit_names, "SI", "EI", )
 CONFIG_NAMES(activation_names, NN_ACTIVATION_LIST(CONFIG_NAME))
 CONFIG_NAMES(initialization_names, NN_INITIALIZATION_LIST(CONFIG_NAME))
@@ -295,6 +296,7 @@ const config_key config_keys[] = {
      ENTRIES(3, 3), .unit = "rad"},
     {"data[].rate", CONFIG_NUMBER, AT(settings.data[0].rate), NOT_NEGATIVE, .unit = "Hz"},
     {FORMULA("data[].delay", settings.data[0].view.delay), .unit = "s"},
+    {"data[].robust", CONFIG_CHOICE, AT(settings.data[0].robust), .names = loss_names},
     {"data[].held_out", CONFIG_CHOICE, AT(settings.data[0].held_out), .names = truth_names},
     {"data[].noise", CONFIG_NUMBER, AT(settings.data[0].noise), NOT_NEGATIVE,
      .unit = "of the SI, rad"},

@@ -2,6 +2,7 @@
 
 #include "tools/files/file_bytes.h"
 #include "tools/train/measurements.h"
+#include "tools/train/robust.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -100,6 +101,21 @@ static ad_status check_unknowns(const config *settings, ad_error *error)
                                error);
 }
 
+/* By squares, or by what else some files are. */
+static ad_status find(const scene *open, const train_data *files, const measurements *data,
+                      const identify_settings *asked, identified *found, ad_error *error)
+{
+    const int count = measurements_count(data);
+    const solve_measured *sets = measurements_sets(data);
+    bool robust[TRAIN_DATA_MAX], any = false;
+    for (int i = 0; i < count; i++) {
+        robust[i] = files[measurements_entry(data, i)].robust == TRAIN_CAUCHY;
+        any = any || robust[i];
+    }
+    return any ? identify_robust(open, count, sets, robust, asked, found, error)
+               : identify(open, count, sets, asked, found, error);
+}
+
 ad_status config_identify(const config *settings, int threads, const int *modes,
                           const least_squares_runner *runner, identified *found, judged *fit,
                           ad_error *error)
@@ -121,8 +137,7 @@ ad_status config_identify(const config *settings, int threads, const int *modes,
         if (modes) {
             measurements_set_modes(data, modes);
         }
-        status = identify(open, measurements_count(data), measurements_sets(data), &asked, found,
-                          &reason);
+        status = find(open, settings->settings.data, data, &asked, found, &reason);
         found->missing = measurements_missing(data);
     }
     if (status == AD_OK && found->count > 0 && fit) {

@@ -55,7 +55,7 @@ typedef struct starts {
  * leaves a range. */
 typedef struct search {
     const scene *open;
-    bool noise_is_scaled;
+    bool noise_is_scaled, settles;
     solve_trials *trials;
     int count;
     size_t n, counted; /* residuals; those that are not 0 because others count */
@@ -411,6 +411,10 @@ static ad_status start_elsewhere(void *context, ad_error *error)
     starts *all = &search->all;
     fit *f = &search->ls.fit;
     ad_status status = AD_OK;
+    if (search->settles) {
+        f->state = FIT_OVER;
+        return AD_OK;
+    }
     if (all->few_ends == 0 && all->ends == 1) {
         const bool few =
             is_explained(search, &all->end[0]) && !solve_trials_by_members(search->trials);
@@ -576,7 +580,9 @@ static ad_status prepare(search *search, int sets, const solve_measured *measure
     result->residuals = search->n = solve_trials_residuals(search->trials);
     result->experiments = solve_trials_experiments(search->trials);
     const size_t enough = (size_t)(search->count * FEW_EACH > FEW ? search->count * FEW_EACH : FEW);
-    search->all.every = (double)(result->experiments > enough ? result->experiments / enough : 1);
+    search->all.every =
+        (double)(result->experiments > enough && !search->settles ? result->experiments / enough
+                                                                  : 1);
     search->counted = search->n;
     result->by_members = solve_trials_by_members(search->trials);
     result->scaled = search->noise_is_scaled;
@@ -650,7 +656,8 @@ static ad_status finish(search *search, identified *result, ad_error *error)
 ad_status identify(const scene *open, int sets, const solve_measured *measured,
                    const identify_settings *settings, identified *result, ad_error *error)
 {
-    search x = {.open = open, .noise_is_scaled = settings->noise_is_scaled};
+    search x = {
+        .open = open, .noise_is_scaled = settings->noise_is_scaled, .settles = settings->settles};
     *result = (identified){.count = 0};
     ad_status status = solve_trials_create(open, sets, measured, settings->tolerance,
                                            settings->threads, &x.trials, error);

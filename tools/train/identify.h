@@ -13,6 +13,7 @@ typedef struct identify_settings {
     int threads;          /* 0: one per processor */
     bool noise_is_scaled; /* the noise is known up to a factor: that which the residuals show is
                            * taken */
+    bool settles;         /* the search is one descent from where it starts */
     const least_squares_runner *runner; /* NULL: none; one that leaves: nothing is identified */
 } identify_settings;
 

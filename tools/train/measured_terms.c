@@ -171,10 +171,10 @@ static ad_status add_set(physics_model *m, measured *measured, const train_data 
     *set = (measured_set){.m = m,
                           .quantity = of->quantity,
                           .rows = &measurements_sets(measured->files)[measured->count - 1]};
-    if (set->rows->view) {
+    if (set->rows->view || of->robust != TRAIN_SQUARES) {
         return ad_fail(error, AD_BAD_INPUT,
-                       "is seen by a marker, a frame or a delay; networks take points of the axis, "
-                       "cpinn-solve finds unknowns from others, too");
+                       "has a marker, a frame, a delay or a loss of its own; networks take squares "
+                       "of points of the axis, cpinn-solve finds unknowns from others, too");
     }
     ad_status status = take_places(set, error);
     for (int i = 0; status == AD_OK && i < m->domain.windows; i++) {

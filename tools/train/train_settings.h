@@ -89,6 +89,15 @@ const char *const *train_quantity_names(void);
 
 enum { TRAIN_DATA_MAX = 32 };
 
+/* What of the distances is least: squares, or the logarithm of Cauchy's distribution, by which few
+ * that are far off count little. */
+#define TRAIN_LOSS_LIST(X)                                                                         \
+    X(TRAIN_SQUARES, "squares")                                                                    \
+    X(TRAIN_CAUCHY, "cauchy")
+#define TRAIN_ENUM(name, text) name,
+typedef enum train_loss { TRAIN_LOSS_LIST(TRAIN_ENUM) } train_loss;
+#undef TRAIN_ENUM
+
 /* A file of measurements (tools/train/measurements.h). */
 typedef struct train_data {
     const char *file;
@@ -96,6 +105,7 @@ typedef struct train_data {
     int from, to, every;     /* rows that count, from 1; to 0: the last */
     const char *where;       /* those where this formula of the file's columns is > 0; NULL: all */
     solve_view view;         /* how the rod is seen */
+    train_loss robust;       /* of the distances */
     int marker_count;        /* of view.marker */
     double rate;             /* rows a second, where no column is t; 0: not known */
     int held_out;            /* 1: judged after the fit, not fitted */

@@ -1,0 +1,184 @@
+#include "tools/train/robust.h"
+
+#include "physics/numerics/sort.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Cauchy's scale over the noise; steps end where no unknown moves by so much of its deviation. */
+static const double CAUCHY = 2.385, SETTLED = 1e-3;
+
+enum { PASSES = 50 };
+
+/* The median of the length of a vector of as many normal numbers. */
+static const double MEDIAN[] = {0, 0.67449, 1.17741, 1.53817, 1.83213};
+
+/* What the deviations need, sums over all numbers. */
+typedef struct sums {
+    double numbers, weights, squares, influence, slope;
+} sums;
+
+typedef struct fit_robust {
+    const scene *open;
+    int sets;
+    const solve_measured *measured; /* as they are */
+    const bool *robust;
+    solve_measured *weighted; /* the same with weights */
+    solve_trials *trials;     /* without */
+    double *residuals, *distances;
+    sums sums;
+} fit_robust;
+
+/* How many residuals a row has. */
+static int count_of(const solve_measured *set, size_t row)
+{
+    int count = set->columns == 4 ? -1 : 0; /* a quaternion has three */
+    for (int c = 0; c < set->columns; c++) {
+        count += !isnan(set->values[(size_t)c * set->rows + row]);
+    }
+    return count;
+}
+
+/* Weights of a set whose residuals begin there; returns how many these are. */
+static size_t weigh_set(fit_robust *x, int index)
+{
+    const solve_measured *set = &x->measured[index];
+    double *weight = (double *)x->weighted[index].weight;
+    const double *r = x->residuals;
+    size_t used = 0;
+    for (int pass = 0; pass < 2; pass++) { /* the scale, then weights */
+        double scale = INFINITY;
+        if (pass == 1 && x->robust[index]) {
+            sort_ascending(set->rows, x->distances);
+            scale = CAUCHY * x->distances[set->rows / 2];
+        }
+        used = 0;
+        for (size_t row = 0; row < set->rows; row++) {
+            const int count = count_of(set, row);
+            double square = 0;
+            for (int i = 0; i < count; i++) {
+                square += r[used + (size_t)i] * r[used + (size_t)i];
+            }
+            used += (size_t)count;
+            if (pass == 0) {
+                x->distances[row] = sqrt(square) / MEDIAN[count];
+                continue;
+            }
+            const double far = square / (scale * scale), w = 1 / (1 + far);
+            weight[row] = w;
+            x->sums.numbers += count;
+            x->sums.weights += count * w;
+            x->sums.squares += w * square;
+            x->sums.influence += w * w * square;
+            x->sums.slope += count * w - 2 * far * w * w;
+        }
+    }
+    return used;
+}
+
+static ad_status weigh(fit_robust *x, const double *values, ad_error *error)
+{
+    double *all = x->residuals;
+    const ad_status status = solve_trials_run(x->trials, 1, values, false, all, error);
+    x->sums = (sums){0};
+    for (int i = 0; i < x->sets && status == AD_OK; i++) {
+        x->residuals += weigh_set(x, i);
+    }
+    x->residuals = all;
+    return status == AD_OK && !isfinite(x->sums.squares)
+               ? ad_fail(error, AD_NOT_FINITE, "there is no solution to be weighed by")
+               : status;
+}
+
+static ad_status create(fit_robust *x, const identify_settings *settings, ad_error *error)
+{
+    size_t most = 0;
+    bool complete = true;
+    ad_status status = solve_trials_create(x->open, x->sets, x->measured, settings->tolerance,
+                                           settings->threads, &x->trials, error);
+    x->weighted = calloc((size_t)x->sets + 1, sizeof *x->weighted);
+    for (int i = 0; i < x->sets && x->weighted; i++) {
+        const size_t rows = x->measured[i].rows;
+        x->weighted[i] = x->measured[i];
+        x->weighted[i].weight = malloc((rows + 1) * sizeof(double));
+        complete = complete && x->weighted[i].weight;
+        most = rows > most ? rows : most;
+    }
+    const size_t count = status == AD_OK ? solve_trials_residuals(x->trials) : 0;
+    x->residuals = malloc((count + 1) * sizeof *x->residuals);
+    x->distances = malloc((most + 1) * sizeof *x->distances);
+    return status != AD_OK || (x->weighted && complete && x->residuals && x->distances)
+               ? status
+               : ad_fail(error, AD_NO_MEMORY, "out of memory for weights");
+}
+
+static void clear(fit_robust *x)
+{
+    for (int i = 0; i < x->sets && x->weighted; i++) {
+        free((double *)x->weighted[i].weight);
+    }
+    free(x->weighted);
+    free(x->residuals);
+    free(x->distances);
+    solve_trials_free(x->trials);
+}
+
+/* By how many deviations the values have moved. */
+static double moved(const identified *from, const identified *to)
+{
+    double most = 0;
+    for (int i = 0; i < to->count; i++) {
+        const double by = fabs(to->value[i] - from->value[i]) / to->deviation[i];
+        most = by > most ? by : most; /* not of those at a bound */
+    }
+    return most;
+}
+
+/* Those of weighted squares take the weights for known. */
+static void correct_deviations(const sums *s, identified *result)
+{
+    const double taken = s->squares / s->weights;
+    const double is = s->influence * s->numbers / (s->slope * s->slope);
+    for (int i = 0; i < result->count; i++) {
+        result->deviation[i] *= sqrt(is / taken);
+    }
+}
+
+ad_status identify_robust(const scene *open, int sets, const solve_measured *measured,
+                          const bool *robust, const identify_settings *settings, identified *result,
+                          ad_error *error)
+{
+    fit_robust x = {.open = open, .sets = sets, .measured = measured, .robust = robust};
+    scene from = *open;
+    identify_settings asked = *settings;
+    asked.noise_is_scaled = true;
+    ad_status status = identify(open, sets, measured, &asked, result, error);
+    if (status != AD_OK || result->count == 0) {
+        return status; /* it was stopped */
+    }
+    asked.settles = true;
+    asked.runner = NULL;
+    status = create(&x, settings, error);
+    double by = INFINITY;
+    for (int pass = 0; pass < PASSES && by > SETTLED && status == AD_OK; pass++) {
+        const identified before = *result;
+        memcpy(from.guess + scene_known_count(open), before.value,
+               (size_t)before.count * sizeof *before.value);
+        status = weigh(&x, before.value, error);
+        status =
+            status == AD_OK ? identify(&from, sets, x.weighted, &asked, result, error) : status;
+        if (status == AD_OK) {
+            by = moved(&before, result);
+            result->steps += before.steps;
+            result->solutions += before.solutions;
+        }
+    }
+    if (status == AD_OK) {
+        result->converged = by <= SETTLED;
+        status = weigh(&x, result->value, error);
+        correct_deviations(&x.sums, result);
+    }
+    clear(&x);
+    return status;
+}
