@@ -44,6 +44,13 @@ run 0 written "{$as_written, rows: {every: 2}}, {$as_written, rows: {from: 2, to
 said stdout.txt '^  tips.csv +10 .*[0-9]$'
 said stdout.txt '^  tips.csv +19 .* held out$'
 check held out -- near "$(grep -A5 held_out half.json | sed -n 's/.*"rms": \([^,]*\).*/\1/p')" "$(grep -A5 '"fitted"' half.json | sed -n 's/.*"rms": \([^,]*\).*/\1/p')" 0.5
+# Row by row: as many as there are, of which the distances have that rms; every coordinate that is computed.
+run 0 written "{$as_written}" --residuals rows.csv --json written.json
+check rows -- test "$(wc -l <rows.csv)" -eq 21
+check columns -- test "$(head -1 rows.csv)" = file,judged,s,turned,pull,x,x_computed,y,y_computed,z,z_computed,distance
+rms=$(awk -F, 'NR > 1 { n++; sum += $12^2; own = ($6 - $7)^2 + ($8 - $9)^2 + ($10 - $11)^2; worst += (own - $12^2)^2 }
+    END { printf "%.9g", worst < 1e-20 ? sqrt(sum / n) : 0 }' rows.csv)
+check distances -- near "$rms" "$(sed -n 's/.*"rms": \([^,]*\).*/\1/p' written.json)" 1e-6
 refuse_written() {
     run 2 written "$2"
     said stderr.txt "$1"

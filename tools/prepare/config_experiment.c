@@ -152,6 +152,29 @@ ad_status config_identify(const config *settings, int threads, const int *modes,
     return status;
 }
 
+ad_status config_residuals(const config *settings, int threads, const int *modes,
+                           const double *values, const char *path, ad_error *error)
+{
+    measurements *data = NULL;
+    char key[TRAIN_KEY_MAX] = "data";
+    ad_error reason = {.message = ""};
+    ad_status status =
+        measurements_read(&settings->scene, &settings->settings, &data, key, &reason);
+    if (status == AD_OK) {
+        if (modes) {
+            measurements_set_modes(data, modes);
+        }
+        status = measured_write(&settings->scene, data, &settings->settings, values, threads, path,
+                                error);
+        measurements_free(data);
+        return status;
+    }
+    if (status == AD_BAD_INPUT || status == AD_IO) {
+        return config_refuse(settings, key, reason.message, error);
+    }
+    return ad_fail(error, status, "%s", reason.message);
+}
+
 /* ---- restoring ----------------------------------------------------------------------------- */
 
 /* The resolved scene of a checkpoint. When only its reference file is to blame the scene is read

@@ -31,4 +31,9 @@ ad_status config_identify(const config *settings, int threads, const int *modes,
                           const least_squares_runner *runner, identified *found, judged *fit,
                           ad_error *error);
 
+/* A table of what was measured and what is computed at values [unknown_count] of the unknowns
+ * (measured_write). Errors as of this and config_identify. */
+ad_status config_residuals(const config *settings, int threads, const int *modes,
+                           const double *values, const char *path, ad_error *error);
+
 #endif

@@ -36,7 +36,7 @@ typedef struct options {
     solve_method method;
     const char *mode_counts;
     int modes[4]; /* of bending, twist, stretch, shear */
-    const char *from, *state_out;
+    const char *from, *state_out, *residuals;
     const char *members;
     bool derivatives; /* of members */
 } options;
@@ -223,8 +223,9 @@ static ad_status find_unknowns(solving *solving, ad_error *error)
     memcpy(solving->unknown.modes, o->modes, sizeof o->modes);
     ad_status status = unknowns_find(o->config, &o->overrides, o->at, o->threads, &o->search,
                                      &solving->unknown, error);
-    if (status == AD_OK && !solving->unknown.settings && o->search.folder) {
-        return ad_fail(error, AD_BAD_INPUT, "--run: allowed: of a scene with unknowns to be found");
+    if (status == AD_OK && !solving->unknown.settings && (o->search.folder || o->residuals)) {
+        return ad_fail(error, AD_BAD_INPUT, "%s: allowed: of a scene with unknowns to be found",
+                       o->residuals ? "--residuals" : "--run");
     }
     if (status != AD_OK || !solving->unknown.settings) {
         return status;
@@ -245,6 +246,10 @@ static ad_status find_unknowns(solving *solving, ad_error *error)
         if (solving->only_identified) {
             verdict_print(stdout, "", &solving->verdict);
         }
+    }
+    if (o->residuals) {
+        status = config_residuals(solving->unknown.settings, o->threads, solving->unknown.modes,
+                                  solving->unknown.found.value, o->residuals, error);
     }
     return status;
 }
@@ -268,9 +273,9 @@ static ad_status check_method(const solving *solving, ad_error *error)
 static ad_status prepare(solving *solving, ad_error *error)
 {
     const options *o = &solving->asked;
-    const char *const tables[] = {o->path, o->state_out};
+    const char *const tables[] = {o->path, o->state_out, o->residuals};
     ad_status status = o->out ? shapes_check_path(o->out, error) : AD_OK;
-    for (int i = 0; i < 2 && status == AD_OK; i++) {
+    for (int i = 0; i < 3 && status == AD_OK; i++) {
         status = tables[i] ? table_check_path(tables[i], error) : AD_OK;
     }
     status = status == AD_OK ? json_check_path(o->json, error) : status;
@@ -485,6 +490,7 @@ int main(int argc, char **argv)
         CLI_THREADS(&o->threads),
         CLI_JSON(&o->json),
         CLI_QUIET(&o->quiet),
+        {"--residuals", "FILE", CLI_TEXT, &o->residuals, 0, 0},
         {"--run", "DIR", CLI_TEXT, &o->search.folder, 0, 0},
         {"--resume", NULL, CLI_FLAG, &o->search.resume, 0, 0},
         {"--watch", NULL, CLI_FLAG, &o->search.watch, 0, 0},

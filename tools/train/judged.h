@@ -25,4 +25,11 @@ typedef struct judged {
 ad_status measured_judge(const scene *open, const measurements *data, const double *values,
                          int threads, judged *result, ad_error *error);
 
+/* Writes a table of all rows: file, judged (fitted, held_out), s, in motion t, the parameters that
+ * are known, and of each column that was measured what was measured, "x", and what is computed,
+ * "x_computed" (of rotations missing); distance, as above. Errors as of table_write, too. */
+ad_status measured_write(const scene *open, const measurements *data,
+                         const train_settings *settings, const double *values, int threads,
+                         const char *path, ad_error *error);
+
 #endif
