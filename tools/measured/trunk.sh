@@ -30,7 +30,7 @@ prepare fit/none.csv controlled_1 0 8 5
 prepare fit/known.csv controlled_1_100g 0.1 8 5
 run fit.txt cpinn-solve "$scenes/trunk.yaml" --data fit --method modes --modes 1,0,0,0 --json fit.json
 for disc in 1 2 3; do
-    row "disc $disc, fitted: distance rms" unit=mm rows=322 seconds="$seconds" physics="$(
+    row "disc $disc: distance rms" unit=mm rows=322 seconds="$seconds" physics="$(
         awk -v a="$(number rms fit.json $disc)" -v b="$(number rms fit.json $((disc + 3)))" \
             'BEGIN { printf "%.3g", 1e3 * sqrt((a^2 + b^2) / 2) }')"
 done
@@ -56,7 +56,7 @@ replay() { # folder, record, payload, what it is
     row "$4: 20 ms ahead" unit=mm rows=2253 measured="$(times 1000 "$(number step_still "$1.json")")" \
         physics_held_out="$(times 1000 "$(number step "$1.json")")" seconds="$seconds"
     row "$4: 1 s ahead" unit=mm rows=420 measured="$(times 1000 "$(number ahead_still "$1.json")")" \
-        physics_held_out="$(times 1000 "$(number ahead "$1.json")")"
+        physics_held_out="$(times 1000 "$(number ahead "$1.json" 2)")"
     row "$4: payload" unit=g measured="$(times 1000 "$3")" deviation="$(times 1000 "$(number standard_deviation "$1.json")")" \
         physics_held_out="$(times 1000 "$(number value "$1.json")")"
 }
