@@ -84,6 +84,8 @@ both='data=[{quantity: position, file: light_tip.csv, noise: 3.0e-4}, {quantity:
 for load in light heavy; do
     awk -F, 'NR == 1 || $1 == 0.3' "$load.csv.measured.csv" >"${load}_tip.csv"
 done
+run 2 cpinn-control arm.yaml "${filter[@]}" --set 'data=[{quantity: position, file: light_tip.csv, noise: 3.0e-4, robust: cauchy}]' --replay
+said stderr.txt 'data\[0\].robust: is of cpinn-solve; allowed here: squares'
 run 0 cpinn-control arm.yaml "${filter[@]}" --set "$both" --replay --ahead 0.5 --json replay.json
 mapfile -t found < <(each value)
 mapfile -t deviation < <(each standard_deviation)

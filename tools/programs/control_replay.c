@@ -62,8 +62,11 @@ ad_status replays_run(const config *of, const loop_setup *setup, double ahead, r
     char key[TRAIN_KEY_MAX] = "data";
     ad_error reason = {.message = ""};
     *result = (replays){.ahead = ahead, .estimates = setup->control->estimate_count};
-    ad_status status = measurements_read_beside(&of->scene, &of->settings, result->estimates,
-                                                setup->control->estimate, &data, key, &reason);
+    ad_status status = measurements_take_squares(&of->settings, key, &reason);
+    status = status != AD_OK
+                 ? status
+                 : measurements_read_beside(&of->scene, &of->settings, result->estimates,
+                                            setup->control->estimate, &data, key, &reason);
     if (status == AD_OK) {
         snprintf(key, sizeof key, "data");
         status = run_all(of, setup, data, ahead, result, &reason);

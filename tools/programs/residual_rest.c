@@ -101,7 +101,10 @@ static ad_status make(resting *x, ad_error *error)
     char key[TRAIN_KEY_MAX] = "data";
     ad_error reason = {.message = ""};
     const scene *open = &x->open->scene;
-    ad_status status = measurements_read(open, &x->open->settings, &x->data, key, &reason);
+    ad_status status = measurements_take_squares(&x->open->settings, key, &reason);
+    if (status == AD_OK) {
+        status = measurements_read(open, &x->open->settings, &x->data, key, &reason);
+    }
     if (status == AD_OK) {
         const learned_asked asked = {
             .outputs = x->outputs,

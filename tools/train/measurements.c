@@ -74,6 +74,20 @@ void measurements_set_modes(measurements *measurements, const int modes[4])
     recorded_inputs_set_modes(measurements->recorded, modes);
 }
 
+ad_status measurements_take_squares(const train_settings *settings, char key[TRAIN_KEY_MAX],
+                                    ad_error *error)
+{
+    for (int i = 0; i < settings->data_count; i++) {
+        if (settings->data[i].robust != TRAIN_SQUARES) {
+            snprintf(key, TRAIN_KEY_MAX, "data[%d].robust", i);
+            return ad_fail(error, AD_BAD_INPUT,
+                           "is of cpinn-solve; allowed here: squares, as what is far off is not "
+                           "left out");
+        }
+    }
+    return AD_OK;
+}
+
 void measurements_free(measurements *measurements)
 {
     for (int i = 0; measurements && i < measurements->count + measurements->held_out; i++) {

@@ -26,6 +26,9 @@ ad_status measurements_read(const scene *open, const train_settings *settings,
 ad_status measurements_read_beside(const scene *open, const train_settings *settings, int beside,
                                    const char *const *names, measurements **result,
                                    char key[TRAIN_KEY_MAX], ad_error *error);
+/* AD_BAD_INPUT where a file is robust, of what takes squares alone. */
+ad_status measurements_take_squares(const train_settings *settings, char key[TRAIN_KEY_MAX],
+                                    ad_error *error);
 void measurements_free(measurements *measurements); /* NULL is allowed */
 
 /* Of the reduced rod by which motions under recorded inputs are followed. */
