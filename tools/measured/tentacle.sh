@@ -9,3 +9,10 @@ row "E" unit=kPa physics="$(times 0.001 "$(number value fit.json)")" \
     deviation="$(times 0.001 "$(number standard_deviation fit.json)")"
 row "density" unit=kg/m3 physics="$(times 1 "$(number value fit.json 2)")" \
     deviation="$(times 1 "$(number standard_deviation fit.json 2)")"
+
+# With the markers' places found, and a residual of the curvature at rest.
+run residual.txt cpinn-residual "$scenes/tentacle_residual.yaml" --data data/$data --out residual.h5
+distance() { awk -v name="$1" 'index($0, name) == 1 { print $3 }' residual.txt; }
+row "markers; their places found; with residual: mean" unit=mm rows=88 published=6.4 \
+    physics="$(times 1000 "$(distance 'physics alone')")" \
+    residual="$(times 1000 "$(awk '/^both/ { print $2 }' residual.txt)")" seconds="$seconds"

@@ -8,7 +8,6 @@
 #include <string.h>
 
 enum { MAX = SCENE_PARAMETERS_MAX };
-
 /* Parts of ranges stay so far from their ends where a search begins. */
 static const double EDGE = 1e-2;
 
@@ -293,7 +292,7 @@ static ad_status allocate(learned_rest *rest, ad_error *error)
     rest->room = calloc(2 * n * unknowns + 1, sizeof *rest->room);
     rest->used = calloc(n + 1, sizeof *rest->used);
     rest->place = calloc(n + 1, sizeof *rest->place);
-    rest->level = calloc(2 * LEARNED_OUTPUTS_MAX, sizeof *rest->level);
+    rest->level = calloc((size_t)2 * LEARNED_OUTPUTS_MAX, sizeof *rest->level);
     rest->measured = calloc(n + 1, sizeof *rest->measured);
     return rest->of && rest->row && rest->noise && rest->x && rest->values && rest->all &&
                    rest->room && rest->used && rest->place && rest->level && rest->measured
@@ -395,7 +394,7 @@ static learned_score score(const learned_rest *rest, const learned_fit *fit, con
 static void take_levels(learned_rest *rest, const bool *used)
 {
     double *count = rest->level + LEARNED_OUTPUTS_MAX;
-    memset(rest->level, 0, 2 * LEARNED_OUTPUTS_MAX * sizeof *rest->level);
+    memset(rest->level, 0, sizeof *rest->level * 2 * LEARNED_OUTPUTS_MAX);
     for (size_t k = 0; k < rest->numbers; k++) {
         if (used[k]) {
             rest->level[rest->place[k]] += rest->measured[k];
