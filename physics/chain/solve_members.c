@@ -308,6 +308,7 @@ typedef struct derived {
     solve_members *x;
     size_t members;
     const double *parameters, *curvature;
+    int from;
     double *jacobian;
 } derived;
 
@@ -320,17 +321,20 @@ static void derive_group(void *context, int item, int thread)
     if (by->status == AD_OK) {
         by->status = strain_jacobian_run(
             by->jacobian, left < LANES ? left : LANES, of->parameters + first * count,
-            of->curvature + first * 3 * solve_members_nodes(x),
-            of->jacobian + first * x->points * SOLVE_MEMBERS_COLUMNS * count, &by->error);
+            of->curvature + first * 3 * solve_members_nodes(x), of->from,
+            of->jacobian + first * x->points * SOLVE_MEMBERS_COLUMNS * (count - (size_t)of->from),
+            &by->error);
     }
 }
 
 ad_status solve_members_jacobian(solve_members *solver, size_t members, const double *parameters,
-                                 const double *curvature, double *jacobian, ad_error *error)
+                                 const double *curvature, int from, double *jacobian,
+                                 ad_error *error)
 {
-    derived of = {solver, members, parameters, curvature, jacobian};
-    ad_status status = solver->count == 0 || solver->slopes ? AD_OK : create_slopes(solver, error);
-    if (status != AD_OK || solver->count == 0) {
+    derived of = {solver, members, parameters, curvature, from, jacobian};
+    ad_status status =
+        solver->count == from || solver->slopes ? AD_OK : create_slopes(solver, error);
+    if (status != AD_OK || solver->count == from) {
         return status;
     }
     for (int i = 0; i < solver->threads; i++) {

@@ -117,14 +117,15 @@ ad_status solve_members_curvature(solve_members *solver, size_t members, const d
                                   double *values, double *curvature, solve_member *results,
                                   ad_error *error);
 
-/* jacobian [members][points][SOLVE_MEMBERS_COLUMNS][parameter_count], the derivatives of the values
- * by the parameters at equilibria of this curvature, in SI units. They are those of what
- * solve_members_refine makes of it, by the implicit function theorem, to some 1e-8 of them where
- * the mesh resolves it. Not numbers where the curvature is none, or where an equilibrium is at a
- * fold. All of it by this process, also where there are ranks. The first call records and compiles.
- * AD_NO_MEMORY; errors of formulas. */
+/* jacobian [members][points][SOLVE_MEMBERS_COLUMNS][parameter_count - from], the derivatives of the
+ * values by the parameters from number `from` on at equilibria of this curvature, in SI units. They
+ * are those of what solve_members_refine makes of it, by the implicit function theorem, to some
+ * 1e-8 of them where the mesh resolves it. Not numbers where the curvature is none, or where an
+ * equilibrium is at a fold. All of it by this process, also where there are ranks. The first call
+ * records and compiles. AD_NO_MEMORY; errors of formulas. */
 ad_status solve_members_jacobian(solve_members *solver, size_t members, const double *parameters,
-                                 const double *curvature, double *jacobian, ad_error *error);
+                                 const double *curvature, int from, double *jacobian,
+                                 ad_error *error);
 
 /* The stability margin of equilibria next to this curvature, margin [members], and its derivatives
  * by the parameters, by [members][parameter_count], or NULL. It is the least of the second

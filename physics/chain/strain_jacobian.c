@@ -522,12 +522,12 @@ static void correct_columns(const strain_jacobian *x, const int *which, lanes *c
     }
 }
 
-/* Of all parameters, of which as many `copies` as there is room for are side by side: row by row,
- * as memory is written. */
-static void put_columns(const strain_jacobian *x, size_t members, size_t copies, double *jacobian)
+/* Of `count` parameters, of which as many `copies` as there is room for are side by side: row by
+ * row, as memory is written. */
+static void put_columns(const strain_jacobian *x, size_t members, size_t copies, size_t count,
+                        double *jacobian)
 {
-    const size_t width = (size_t)fine_of(x)->outputs * SOLVE_MEMBERS_COLUMNS,
-                 count = (size_t)x->group->count;
+    const size_t width = (size_t)fine_of(x)->outputs * SOLVE_MEMBERS_COLUMNS;
     for (size_t i = 0; i < width; i++) {
         const lanes *from = x->columns + i;
         for (size_t k = 0; k < count; from += width) {
@@ -541,7 +541,7 @@ static void put_columns(const strain_jacobian *x, size_t members, size_t copies,
 }
 
 ad_status strain_jacobian_run(strain_jacobian *x, size_t members, const double *parameters,
-                              const double *curvature, double *jacobian, ad_error *error)
+                              const double *curvature, int from, double *jacobian, ad_error *error)
 {
     const int count = x->group->count, copies = LANES / (int)members;
     const size_t width = (size_t)fine_of(x)->outputs * SOLVE_MEMBERS_COLUMNS;
@@ -551,12 +551,12 @@ ad_status strain_jacobian_run(strain_jacobian *x, size_t members, const double *
         return status;
     }
     linearise(x);
-    for (int first = 0; first < count; first += copies) {
-        lanes *columns = x->columns + (size_t)(first / copies) * width;
+    for (int first = from; first < count; first += copies) {
+        lanes *columns = x->columns + (size_t)((first - from) / copies) * width;
         int which[LANES];
         for (int lane = 0; lane < LANES; lane++) { /* of each parameter all members */
             const int parameter = first + lane / (int)members;
-            which[lane] = parameter < count ? parameter : 0;
+            which[lane] = parameter < count ? parameter : from;
         }
         strain_level_give_changes(&x->by, x->changes, count, which,
                                   (const double *const *)x->values);
@@ -566,6 +566,6 @@ ad_status strain_jacobian_run(strain_jacobian *x, size_t members, const double *
         find_columns(x, columns);
         correct_columns(x, which, columns);
     }
-    put_columns(x, members, (size_t)copies, jacobian);
+    put_columns(x, members, (size_t)copies, (size_t)(count - from), jacobian);
     return AD_OK;
 }

@@ -22,6 +22,6 @@ void strain_jacobian_free(strain_jacobian *jacobian); /* NULL is allowed */
 /* jacobian [members][outputs][SOLVE_MEMBERS_COLUMNS][count] of `members`, at most LANES, as
  * solve_members_jacobian. */
 ad_status strain_jacobian_run(strain_jacobian *of, size_t members, const double *parameters,
-                              const double *curvature, double *jacobian, ad_error *error);
+                              const double *curvature, int from, double *jacobian, ad_error *error);
 
 #endif

@@ -52,19 +52,33 @@ static void compare_change(const change *c, const measured_row *row, const doubl
     }
 }
 
+/* The parameter from which on derivatives are looked at: states of inputs with a memory, which are
+ * among those that are known, change with the unknowns. */
+static int first_of(const solve_trials *x)
+{
+    return x->memory ? 0 : scene_known_count(&x->open);
+}
+
+static size_t width_of(const solve_trials *x)
+{
+    return (size_t)(x->open.parameter_count - first_of(x));
+}
+
 static void put_rows(const change *c, size_t experiment, const double *parameters,
                      const double *shapes, const double *by)
 {
     const solve_trials *x = c->x;
-    const size_t width = (size_t)x->open.parameter_count, known = width - (size_t)x->unknowns;
+    const size_t unknowns = (size_t)x->unknowns, width = width_of(x);
+    const size_t known = (size_t)scene_known_count(&x->open);
     for (size_t r = x->first[experiment]; r < x->first[experiment + 1]; r++) {
         const measured_row *row = &x->row[r];
         const size_t first = row->place * SOLVE_MEMBERS_COLUMNS;
-        for (size_t i = 0; i < (size_t)x->unknowns; i++) {
+        for (size_t i = 0; i < unknowns; i++) {
             double all[SOLVE_MEMBERS_COLUMNS];
             for (size_t k = 0; k < SOLVE_MEMBERS_COLUMNS; k++) {
-                all[k] =
-                    trial_memory_change(x->memory, row->turn, known + i, by + (first + k) * width);
+                const double *column = by + (first + k) * width;
+                all[k] = x->memory ? trial_memory_change(x->memory, row->turn, known + i, column)
+                                   : column[i];
             }
             compare_change(c, row, parameters, (int)(known + i), shapes + first, all, 1,
                            c->jacobian + i * x->residuals + row->residual);
@@ -85,11 +99,12 @@ static ad_status change_members(const change *c, size_t first, size_t count, dou
     }
     ad_status status =
         solve_members_refine(x->members, count, room, curvature, 0, shapes, NULL, NULL, error);
-    status = status == AD_OK ? solve_members_jacobian(x->members, count, room, curvature, by, error)
+    status = status == AD_OK ? solve_members_jacobian(x->members, count, room, curvature,
+                                                      first_of(x), by, error)
                              : status;
     for (size_t i = 0; status == AD_OK && i < count; i++) {
         put_rows(c, (first + i) * x->every, room + i * width, shapes + i * shape,
-                 by + i * shape * width);
+                 by + i * shape * width_of(x));
     }
     return status;
 }
@@ -98,7 +113,7 @@ static ad_status change_all_members(const change *c, ad_error *error)
 {
     const solve_trials *x = c->x;
     const size_t width = (size_t)x->open.parameter_count, count = solve_trials_counted(x);
-    const size_t each = width + x->places * SOLVE_MEMBERS_COLUMNS * (1 + width);
+    const size_t each = width + x->places * SOLVE_MEMBERS_COLUMNS * (1 + width_of(x));
     size_t most = CHANGE_BYTES / (each * sizeof(double));
     most = most < 1 ? 1 : most > count ? count : most;
     double *room = malloc(most * each * sizeof *room);

@@ -434,7 +434,7 @@ static ad_status by_members(const scene *family, bool has_data, support_form for
         memcpy(to->x[i], values + i * SOLVE_MEMBERS_COLUMNS, sizeof to->x[i]);
     }
     if (form == SUPPORT_EXPORT) {
-        status = solve_members_jacobian(members, 1, usual, curvature, jacobian, error);
+        status = solve_members_jacobian(members, 1, usual, curvature, 0, jacobian, error);
     }
     free(jacobian);
     free(curvature);

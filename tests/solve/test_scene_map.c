@@ -238,7 +238,7 @@ static void test_derivatives(void **state)
     assert_good(solve_members_refine(f->x, 1, f->members[0], f->curvature, STEPS, values[0],
                                      curvature[0], NULL, &error),
                 &error);
-    assert_good(solve_members_jacobian(f->x, 1, f->members[0], curvature[0], packed, &error),
+    assert_good(solve_members_jacobian(f->x, 1, f->members[0], curvature[0], 0, packed, &error),
                 &error);
     for (size_t i = 0; i < f->count; i++) {
         const scene_parameter *p = &f->open->parameters[i];

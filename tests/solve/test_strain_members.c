@@ -379,7 +379,7 @@ static void test_derivatives(void **state)
     assert_good(solve_members_refine(x, 1, members[0], of->truth->curvature, STEPS, values[0],
                                      curvature[1], NULL, &error),
                 &error);
-    assert_good(solve_members_jacobian(x, 1, members[0], curvature[1], jacobian[0], &error),
+    assert_good(solve_members_jacobian(x, 1, members[0], curvature[1], 0, jacobian[0], &error),
                 &error);
     for (int i = 0; i < PARAMETERS; i++) {
         const double h = 1e-4;

@@ -507,7 +507,7 @@ static ad_status differentiate(cpinn_family *family, size_t members, const doubl
         }
     }
     return status == AD_OK ? solve_members_jacobian(family->solver, members, parameters,
-                                                    family->curvature, jacobian, error)
+                                                    family->curvature, 0, jacobian, error)
                            : status;
 }
 

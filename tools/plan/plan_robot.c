@@ -441,7 +441,7 @@ ad_status plan_exact_shapes(plan_exact *of, size_t members, const double *config
     ad_status status = solve_members_curvature(of->solver, members, of->parameters, of->values,
                                                of->curvature, of->solved, error);
     if (status == AD_OK && parameters > 0) {
-        status = solve_members_jacobian(of->solver, members, of->parameters, of->curvature,
+        status = solve_members_jacobian(of->solver, members, of->parameters, of->curvature, 0,
                                         of->jacobian, error);
     }
     for (size_t m = 0; m < members && status == AD_OK; m++) {

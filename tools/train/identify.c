@@ -17,9 +17,9 @@ enum { FEW = 64, FEW_EACH = 8 };
 static const double EDGE = 1e-2;
 
 /* The search ends where a step of Gauss-Newton would lower chi squared by less: by 1e-2 standard
- * deviations; and where no step lowers it, by errors of the solutions, by 1e-1. So it does where
- * more than KINKED steps were made and the last lowered it as little: at each pose in which a
- * tendon becomes slack its derivative jumps. With some experiments half a deviation will do. */
+ * deviations; and where no step lowers it, by errors of the solutions, by 1e-1. Half a deviation
+ * will do with some experiments, and where more than KINKED steps were made and the last lowered
+ * it by less than STUCK: at each pose in which a tendon becomes slack its derivative jumps. */
 enum { KINKED = 10 };
 static const double SETTLED = 1e-4, STUCK = 1e-2, ROUGHLY = 0.25;
 
@@ -222,6 +222,14 @@ static double variance_of(const search *search, double chi_squared)
                : chi_squared / fmax(1, (double)search->counted - search->count);
 }
 
+/* So that each so many-th experiment is enough for an idea. */
+static size_t few_of(const search *search)
+{
+    const size_t each = FEW_EACH * (size_t)search->count, enough = each > FEW ? each : FEW;
+    const size_t experiments = solve_trials_experiments(search->trials);
+    return experiments > enough ? experiments / enough : 1;
+}
+
 static ad_status stopped(const search *search, ad_error *error)
 {
     return ad_fail(error, search->error.status, "%s", search->error.message);
@@ -279,12 +287,12 @@ static ad_status judge(void *context, optim_status status, ad_error *error)
     const double chi_squared = optim_inspect(by).value;
     const double variance = variance_of(search, chi_squared);
     at->steps++;
-    const bool stuck = status != OPTIM_RUNNING ||
-                       (at->steps > KINKED && at->chi_squared - chi_squared < variance * STUCK);
-    at->converged = status == OPTIM_FUNCTION_TOLERANCE || status == OPTIM_GRADIENT_TOLERANCE ||
-                    promised(search, variance) < variance * (search->all.every > 1 ? ROUGHLY
-                                                             : stuck               ? STUCK
-                                                                                   : SETTLED);
+    const bool kinked = at->steps > KINKED && at->chi_squared - chi_squared < variance * STUCK;
+    at->converged =
+        status == OPTIM_FUNCTION_TOLERANCE || status == OPTIM_GRADIENT_TOLERANCE ||
+        promised(search, variance) < variance * (search->all.every > 1 || kinked ? ROUGHLY
+                                                 : status != OPTIM_RUNNING       ? STUCK
+                                                                                 : SETTLED);
     at->chi_squared = isfinite(chi_squared) ? chi_squared : INFINITY;
     for (int i = 0; i < search->count; i++) {
         at->z[i] = part_of(optim_x(by)[i]);
@@ -495,14 +503,32 @@ static void list_others(const search *search, const starts *all, double variance
     result->others = ends - 1;
 }
 
+/* By how much chi squared grows beyond what J says, from residuals r to `moved`, where z moves from
+ * one to the other of z and `to`; residuals of experiments that do not count are 0. */
+static double grown_beyond(const search *search, const double *r, const double *moved,
+                           const double *z, const double *to)
+{
+    double sum = 0;
+    for (size_t row = 0; row < search->n; row++) {
+        double linear = r[row];
+        for (int i = 0; i < search->count && r[row] != 0; i++) {
+            linear += search->j[(size_t)i * search->n + row] * (to[i] - z[i]);
+        }
+        sum += moved[row] * moved[row] - linear * linear;
+    }
+    return sum;
+}
+
 /* How much chi squared grows where an unknown is off by two deviations, the others as they follow,
- * for 4: where linear formulas hold. Not looked at beyond the ranges. */
+ * for 4: where linear formulas hold. Not looked at beyond the ranges. Of many experiments by some.
+ */
 static ad_status check_deviations(search *search, const double *z, identified *result,
                                   ad_error *error)
 {
     static const double MOVED = 2;
     const solve_information *known = &result->information;
     const double variance = result->noise_factor * result->noise_factor;
+    const size_t count = (size_t)search->count, every = few_of(search);
     double trial[2 * MAX * MAX];
     bool within[2 * MAX];
     for (int k = 0; k < 2 * search->count; k++) {
@@ -516,12 +542,15 @@ static ad_status check_deviations(search *search, const double *z, identified *r
             trial[k * search->count + i] = fmin(1, fmax(0, to));
         }
     }
-    const ad_status status =
-        run(search, false, 2 * (size_t)search->count, trial, search->room, error);
-    for (int k = 0; status == AD_OK && k < 2 * search->count; k++) {
-        const double grown = sum_of_squares(search->n, search->room + (size_t)k * search->n);
-        const double part = (grown - result->chi_squared) / (variance * MOVED * MOVED);
-        const bool counts = within[k] && isfinite(grown) && result->chi_squared > search->exact;
+    solve_trials_thin(search->trials, every);
+    search->all.every = (double)every;
+    ad_status status = run(search, false, 1, z, search->r, error);
+    status = status == AD_OK ? run(search, false, 2 * count, trial, search->room, error) : status;
+    for (size_t k = 0; status == AD_OK && k < 2 * count; k++) {
+        const double beyond =
+            grown_beyond(search, search->r, search->room + k * search->n, z, trial + k * count);
+        const double part = 1 + (double)every * beyond / (variance * MOVED * MOVED);
+        const bool counts = within[k] && isfinite(beyond) && result->chi_squared > search->exact;
         result->growth[k / 2][k % 2] = counts ? part : NAN;
     }
     return status;
@@ -579,10 +608,7 @@ static ad_status prepare(search *search, int sets, const solve_measured *measure
     result->count = search->count;
     result->residuals = search->n = solve_trials_residuals(search->trials);
     result->experiments = solve_trials_experiments(search->trials);
-    const size_t enough = (size_t)(search->count * FEW_EACH > FEW ? search->count * FEW_EACH : FEW);
-    search->all.every =
-        (double)(result->experiments > enough && !search->settles ? result->experiments / enough
-                                                                  : 1);
+    search->all.every = search->settles ? 1 : (double)few_of(search);
     search->counted = search->n;
     result->by_members = solve_trials_by_members(search->trials);
     result->scaled = search->noise_is_scaled;
