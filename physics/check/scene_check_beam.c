@@ -60,6 +60,7 @@ static ad_status check_damping(const scene_checker *check)
         {"rod.damping.curvature", quantity_any_something(3, rod->curvature_damping)},
         {"rod.material.viscosity", rod->viscosity.is_given},
         {"rod.material.relaxation_time", rod->relaxation_time.is_given},
+        {"rod.material.maxwell.ratio", rod->maxwell_ratio.is_given},
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         if (rows[i].is_given) {

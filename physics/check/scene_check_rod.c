@@ -132,6 +132,11 @@ static ad_status check_stiffness(const scene_checker *check)
 static ad_status check_material_damping(const scene_checker *check)
 {
     const scene_rod *rod = &check->piece->rod;
+    if (rod->maxwell_ratio.is_given != rod->maxwell_time.is_given) {
+        return rod->maxwell_ratio.is_given
+                   ? scene_refuse(check, "rod.material.maxwell.time", "missing; a time in s")
+                   : scene_refuse(check, "rod.material.maxwell.ratio", "missing; a number >= 0");
+    }
     const char *key =
         rod->viscosity.is_given ? "rod.material.viscosity" : "rod.material.relaxation_time";
     quantity given = quantity_or(rod->viscosity, rod->relaxation_time);

@@ -10,7 +10,7 @@ static const double TIME[TIMES] = {0.03, 0.31, 0.57, 0.93}; /* of the duration, 
 
 /* Numbers of a section, the initial state; and of each time. */
 enum {
-    SECTION = 17,
+    SECTION = 19,
     INITIAL = sizeof(solve_initial) / sizeof(double),
     REST = 6,
     EACH = sizeof(solve_actuator) / sizeof(double)
@@ -39,6 +39,7 @@ static ad_status put_sections(const solve_rod *rod, const double *s, columns *to
         put(to, i, 12, &made[i].mass, 1);
         put(to, i, 13, made[i].rotary_inertia, 3);
         put(to, i, 16, &made[i].added_mass, 1);
+        put(to, i, 17, &made[i].maxwell_ratio, 2);
         put(to, i, SECTION, (const double *)&initial[i], INITIAL);
     }
     to->first += SECTION + INITIAL;

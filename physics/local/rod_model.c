@@ -39,8 +39,8 @@ static const double zeros[3] = {0, 0, 0};
 static ad_value record_sections(const rod_coefficients *c)
 {
     return STACK(c->strain_stiffness, c->curvature_stiffness, c->strain_compliance,
-                 c->curvature_compliance, c->strain_damping, c->curvature_damping, c->mass,
-                 c->rotary_inertia, c->added_mass);
+                 c->curvature_compliance, c->strain_damping, c->curvature_damping, c->maxwell,
+                 c->mass, c->rotary_inertia, c->added_mass);
 }
 
 static ad_value record_rest(const rod_context *rod, const rod_coefficients *c)

@@ -85,6 +85,8 @@ typedef struct solve_section {
     double stiffness[6];      /* Kse, Kbt */
     double compliance[6];     /* Kse^-1, Kbt^-1 */
     double damping[6];        /* Bse, Bbt */
+    double maxwell_ratio;     /* of a Maxwell branch: its stiffness over Kse, Kbt; */
+    double maxwell_rate;      /* and one over its time */
     double mass;              /* rhoA, by that of the scales: 1 where it does not vary */
     double rotary_inertia[3]; /* rhoJ */
     double added_mass;        /* of the fluid that moves with it across d3 */

@@ -107,6 +107,9 @@ rod_coefficients rod_coefficients_of(const rod_context *rod)
         curvature_damping[i] = quantity_divide(
             quantity_scale(properties->curvature_damping[i], rate), quantity_number(length));
     }
+    const quantity maxwell[] = {
+        properties->maxwell_ratio,
+        quantity_scale(properties->maxwell_rate, rod->dynamic ? scale->time : 0)};
     const scene_rest rest = scene_rest_of(given);
     const rod_ratio stiffness = scene_locks_somewhere(given)
                                     ? (rod_ratio){rod_stiffness, rod_record_stiffness}
@@ -119,6 +122,7 @@ rod_coefficients rod_coefficients_of(const rod_context *rod)
         .curvature_stiffness = rod_ratios(rod, stiffness, properties->curvature_stiffness, bending),
         .strain_damping = rod_ratios(rod, ROD_DIVIDE, strain_damping, force),
         .curvature_damping = rod_ratios(rod, ROD_DIVIDE, curvature_damping, scale->moment),
+        .maxwell = rod_quantities(rod, 2, maxwell, NULL, 1, rod->s, rod->t),
         .mass = rod_mass(rod),
         .rotary_inertia = rod_ratios(rod, ROD_DIVIDE, inertia, force),
         .added_mass = rod_record_ratio(

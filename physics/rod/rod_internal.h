@@ -37,6 +37,7 @@ typedef struct rod_coefficients {
     ad_value curvature_stiffness;  /* [3] Kbt, 0 where locked */
     ad_value strain_damping;       /* [3] Bse */
     ad_value curvature_damping;    /* [3] Bbt */
+    ad_value maxwell;              /* [2] ratio, and one over the time of a Maxwell branch */
     ad_value mass;                 /* rhoA over its mean, static: 0 */
     ad_value rotary_inertia;       /* [3] rhoJ */
     ad_value added_mass;           /* of the fluid across d3 */

@@ -277,6 +277,11 @@ static void dampings_of(const scene_rod *rod, const scene_section_geometry *sect
         properties->curvature_damping[i] =
             damping_of(rod->curvature_damping[i], quantity_or(curvature[i], relaxing), bent);
     }
+    const quantity zero = quantity_number(0);
+    const bool branches = rod->maxwell_ratio.is_given && rod->maxwell_time.is_given;
+    properties->maxwell_ratio = branches ? rod->maxwell_ratio : zero;
+    properties->maxwell_rate =
+        branches ? quantity_divide(quantity_number(1), rod->maxwell_time) : zero;
 }
 
 /* A beam bends about d1 and shears along d2; an Euler-Bernoulli beam has no rotary inertia. */

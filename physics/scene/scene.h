@@ -106,6 +106,13 @@ typedef struct scene_rod {
     quantity viscosity;       /* eta; Pa s */
     quantity relaxation_time; /* tau; s */
 
+    /* A Maxwell branch beside them, both or none, of s: a spring of `maxwell_ratio` times each
+     * stiffness in series with a damper, which makes a standard linear solid (Zener). e is strain
+     * beyond rest, z the damper's part of it, e at the start. n and m grow by ratio K (e - z), and
+     * z_t = (e - z)/time. A strain that is held has 1 + ratio exp(-t/time) times its stress at
+     * rest. */
+    quantity maxwell_ratio, maxwell_time; /* a number; s */
+
     /* Given instead of section and material, or to override what follows from them; of s. Infinite
      * stiffness is allowed, as a number: that strain is then locked. */
     quantity shear_stiffness[2];   /* kappa G A along d1, d2; N */
@@ -383,6 +390,8 @@ typedef struct scene_properties {
     quantity rotary_inertia[3];      /* rho J; kg m */
     quantity strain_damping[3];      /* Bse; N s; 0 of locked strains, as the next */
     quantity curvature_damping[3];   /* Bbt; N m^2 s */
+    quantity maxwell_ratio;          /* of the stiffness of a Maxwell branch; 0: there is none */
+    quantity maxwell_rate;           /* one over its time; 1/s */
 } scene_properties;
 
 /* Defaults: a straight Cosserat rod, clamped at s = 0 at the origin along +z, free at the other

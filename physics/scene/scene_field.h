@@ -86,7 +86,7 @@ typedef struct scene_field {
     scene_otherwise otherwise;
 } scene_field;
 
-enum { SCENE_FIELDS_MAX = 800 };
+enum { SCENE_FIELDS_MAX = 1000 };
 
 extern const scene_field scene_fields[];
 extern const int scene_field_count;

@@ -61,6 +61,13 @@
     X(of "material.relaxation_time", 1, in relaxation_time, ROD, ALONG, NOT_NEGATIVE, SCALAR,    \
       WORLD, "s", NOTHING, NULL,                                                                   \
       "The time eta/E, in place of viscosity: every damping is its stiffness times this time.")    \
+    X(of "material.maxwell.ratio", 1, in maxwell_ratio, ROD, ALONG, NOT_NEGATIVE, SCALAR, WORLD,   \
+      NULL, NOTHING, NULL,                                                                         \
+      "A spring of so many times the stiffness, in series with a damper, beside the material: a "  \
+      "standard linear solid. A strain that is held has at first 1 + ratio times its stress.")     \
+    X(of "material.maxwell.time", 1, in maxwell_time, ROD, ALONG, POSITIVE, SCALAR, WORLD, "s",    \
+      NOTHING, "required with ratio",                                                              \
+      "The time in which that spring relaxes, as exp(-t/time). The rod begins relaxed.")           \
     X(of "stiffness.shear", 2, in shear_stiffness, ROD, ALONG, STIFFNESS, SCALAR, WORLD, "N",    \
       NOTHING, "from section, material and model",                                                 \
       "Shear stiffness kappa G A along d1, d2. It replaces the value of section and material.")    \

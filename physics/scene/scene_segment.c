@@ -55,6 +55,8 @@ static void inherit_damping(scene_rod *rod, const scene_rod *whole)
         rod->viscosity = whole->viscosity;
         rod->relaxation_time = whole->relaxation_time;
     }
+    inherit(1, &rod->maxwell_ratio, &whole->maxwell_ratio);
+    inherit(1, &rod->maxwell_time, &whole->maxwell_time);
     if (!by_material) {
         inherit(3, rod->strain_damping, whole->strain_damping);
         inherit(3, rod->curvature_damping, whole->curvature_damping);

@@ -143,6 +143,12 @@ static const char *damped(const scene *scene)
     return key;
 }
 
+static const char *branches(const scene *scene)
+{
+    const char *key = given(scene, "rod.material.maxwell");
+    return key ? key : given(scene, "segments.material.maxwell");
+}
+
 static const char *resting(const scene *scene)
 {
     const char *key = given(scene, "rod.rest.curvature");
@@ -509,6 +515,8 @@ static const feature_row features[] = {
      "yyyyy yy mmmm mm m", "it goes as the loads of a rod at rest grow"},
     {"damping of the material", NULL, damped,
      "ooooo oo yyyy yy y", NULL},
+    {"a material with a Maxwell branch", NULL, branches,
+     "ooooo oo xxxx yx x", NULL},
     {"a rod that shears without rotary inertia", NULL, shears_freely,
      "ooooo oo yyyx xx x", NULL},
     {"a rod without shear and rotary inertia", NULL, turns_freely,

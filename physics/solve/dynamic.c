@@ -58,8 +58,7 @@ const solve_energy *dynamic_energies(const dynamic_solution *solution)
 static ad_status at_time(const dynamic_solution *solution, size_t which, size_t n, const double *s,
                          solve_state *out, ad_error *error)
 {
-    const double *state =
-        solution->at.states + which * motion_nodes(solution->motion) * MOTION_ROWS;
+    const double *state = solution->at.states + which * motion_size(solution->motion);
     ad_status status = motion_at(solution->motion, solution->at.times[which], error);
     if (status == AD_OK) {
         motion_samples(solution->motion, state, n, s, out);
@@ -97,7 +96,7 @@ static ad_status create(const refined *at, dynamic_solution **result, ad_error *
         solution->at = (motion_record){
             .count = count,
             .times = solution->times.all,
-            .states = malloc(count * motion_nodes(solution->motion) * MOTION_ROWS * sizeof(double)),
+            .states = malloc(count * motion_size(solution->motion) * sizeof(double)),
             .energies = malloc(count * sizeof *solution->at.energies)};
         if (!solution->energies || !solution->at.states || !solution->at.energies) {
             status = ad_fail(error, AD_NO_MEMORY, "out of memory for %zu times", count);

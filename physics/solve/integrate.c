@@ -152,7 +152,7 @@ static ad_status open_integration(integration *in, const integrate_settings *set
 {
     bool implicit = settings->method == INTEGRATE_IMPLICIT;
     ad_status status = AD_OK;
-    size_t rows = motion_nodes(in->motion) * MOTION_ROWS;
+    size_t rows = motion_size(in->motion);
     if (SUNContext_Create(NULL, &in->context) != 0) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for SUNDIALS");
     }
@@ -255,7 +255,7 @@ static bool integrate_power(integration *in, double t)
  * interpolation has; NULL: see the error. */
 static double *step_aside(integration *in, double t)
 {
-    const size_t rows = motion_nodes(in->motion) * MOTION_ROWS;
+    const size_t rows = motion_size(in->motion);
     const ARKodeButcherTable by = in->table;
     double h = t - in->begun, *to = N_VGetArrayPointer(in->sample);
     for (int i = 0; i <= by->stages; i++) { /* the last is the end */
@@ -291,7 +291,7 @@ static bool record(integration *in, double t, bool has_stepped, bool aside, doub
     if (!state) {
         return false;
     }
-    memcpy(to, state, motion_nodes(in->motion) * MOTION_ROWS * sizeof *to);
+    memcpy(to, state, motion_size(in->motion) * sizeof *to);
     motion_energy now = motion_energy_of(in->motion, state);
     double expected = in->initial + in->work - in->dissipated;
     *energy = (solve_energy){now.kinetic, now.strain, in->work, in->dissipated,
@@ -307,7 +307,7 @@ static bool record(integration *in, double t, bool has_stepped, bool aside, doub
 /* Before a step from t on. */
 static void keep_state(integration *in, double t)
 {
-    const size_t rows = motion_nodes(in->motion) * MOTION_ROWS;
+    const size_t rows = motion_size(in->motion);
     if (!in->system) {
         memcpy(in->rows, N_VGetArrayPointer(in->state), rows * sizeof *in->rows);
     }
@@ -330,7 +330,7 @@ static bool step(integration *in, double end, double *t)
 static bool run(integration *in, long steps_max, size_t count, const double *times, double *states,
                 solve_energy *energies, double *t)
 {
-    size_t rows = motion_nodes(in->motion) * MOTION_ROWS, done = 0;
+    size_t rows = motion_size(in->motion), done = 0;
     const double *initial = state_at(in, 0, false);
     if (!initial) {
         return false;

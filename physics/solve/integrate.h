@@ -32,7 +32,7 @@ typedef struct integrate_counts {
 } integrate_counts;
 
 /* From the initial state through times [count], ascending, >= 0, to states
- * [count][nodes][MOTION_ROWS] and energies [count]; steps depend on the last of these times alone.
+ * [count][motion_size] and energies [count]; steps depend on the last of these times alone.
  * AD_NOT_FINITE when steps become too small or too many, and errors of formulas; counts->time then
  * says how far it came. */
 ad_status motion_integrate(motion *m, const integrate_settings *settings, size_t count,

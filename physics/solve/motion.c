@@ -41,6 +41,7 @@ static bool allocate(motion *m)
     m->actuators = take(m, points * (size_t)m->rod->actuators + 1, sizeof *m->actuators);
     m->number = take(m, (size_t)m->rod->jumps.numbers, sizeof *m->number);
     m->along = take(m, points * (size_t)m->rod->along.numbers, sizeof *m->along);
+    m->relaxing = take(m, points * MOTION_STRAINS, sizeof *m->relaxing);
     m->mass = take(m, nodes, sizeof *m->mass);
     m->inertia = take(m, nodes, sizeof *m->inertia);
     m->by_mass = take(m, nodes, sizeof *m->by_mass);
@@ -127,7 +128,11 @@ static void set_block_material(motion *m, int element, int index, double lock)
         for (int i = 0; i < MOTION_STRAINS; i++) {
             to->stiffness[i][lane] = made->stiffness[i] > 0 ? made->stiffness[i] : lock;
             to->damping[i][lane] = made->damping[i];
+            to->branch[i][lane] = made->maxwell_ratio * made->stiffness[i];
+            m->relaxing[point * MOTION_STRAINS + (size_t)i] = made->maxwell_rate;
         }
+        to->relaxing[lane] = made->maxwell_rate;
+        m->has_branch |= made->maxwell_ratio > 0;
     }
 }
 
@@ -162,6 +167,7 @@ static ad_status lump(motion *m, ad_error *error)
             }
         }
     }
+    m->is_damped |= m->has_branch;
     motion_add_bodies(m);
     for (size_t node = 0; node < m->nodes; node++) {
         m->by_mass[node] = 1 / m->mass[node];
@@ -244,11 +250,42 @@ const double *motion_weights(const motion *m)
     return m->node_weight;
 }
 
-ad_status motion_initial(const motion *m, double *state, ad_error *error)
+/* What dampers of branches have of strains of nodes that are set, once they have relaxed. */
+static void relax(motion *m, double *memory)
+{
+    motion_internal_forces(m);
+    for (size_t i = 0; i < m->points * MOTION_STRAINS; i++) {
+        const int point = (int)(i / MOTION_STRAINS), n = m->degree + 1;
+        const motion_block *at = motion_block_of(m, point / n, point % n);
+        memory[i] = at->strain[i % MOTION_STRAINS][point % n % LANES] -
+                    at->rest[i % MOTION_STRAINS][point % n % LANES];
+    }
+}
+
+size_t motion_size(const motion *m)
+{
+    return m->nodes * MOTION_ROWS + (m->has_branch ? m->points * MOTION_STRAINS : 0);
+}
+
+const double *motion_relaxing(const motion *m, size_t *count)
+{
+    *count = m->has_branch ? m->points * MOTION_STRAINS : 0;
+    return m->relaxing;
+}
+
+ad_status motion_initial(motion *m, double *state, ad_error *error)
 {
     _Static_assert(sizeof(solve_initial) == MOTION_ROWS * sizeof(double), "the same rows");
     ad_status status = solve_rod_initial(m->rod, m->nodes, m->s, (solve_initial *)state, error);
-    return status == AD_OK ? motion_turn_initial(m, state, error) : status;
+    status = status == AD_OK ? motion_turn_initial(m, state, error) : status;
+    status = status == AD_OK && m->has_branch ? motion_at(m, 0, error) : status;
+    if (status == AD_OK && m->has_branch) {
+        double *memory = state + m->nodes * MOTION_ROWS;
+        memset(memory, 0, m->points * MOTION_STRAINS * sizeof *memory);
+        motion_set_nodes(m, state);
+        relax(m, memory);
+    }
+    return status;
 }
 
 ad_status motion_at(motion *m, double t, ad_error *error)

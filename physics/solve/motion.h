@@ -18,6 +18,9 @@
  * whose wrench is one of the strains, act through them, too, and do exact work. q and r are
  * polynomials in an element, so that strains do not change when the rod moves rigidly.
  *
+ * A Maxwell branch adds ratio K (e - z) to n and m, e the strain beyond rest: what its damper has
+ * of it, z at each quadrature point, is a state, too, with the rate (e - z)/time.
+ *
  * At an end that holds position or rotation, these and their rates are what the model prescribes,
  * whatever stands in the state. Quaternions of the state need not be unit. Numbers are
  * dimensionless as in rod_model.h. */
@@ -29,7 +32,8 @@
 
 #include <math.h>
 
-/* Rows of the state of a node: [nodes][MOTION_ROWS]. */
+/* Rows of the state of a node: [nodes][MOTION_ROWS]. Behind them, with a Maxwell branch, are z
+ * [points][6] of quadrature points, motion_size in all. */
 enum { MOTION_R = 0, MOTION_Q = 3, MOTION_V = 7, MOTION_W = 10, MOTION_ROWS = 13 };
 
 typedef struct motion motion;
@@ -47,15 +51,22 @@ int motion_degree(const motion *m);
 const double *motion_points(const motion *m);  /* s [nodes] */
 const double *motion_weights(const motion *m); /* of the quadrature over s [nodes] */
 
-/* state [nodes][MOTION_ROWS] at t = 0. */
-ad_status motion_initial(const motion *m, double *state, ad_error *error);
+size_t motion_size(const motion *m); /* of a state */
+
+/* The state [motion_size] at t = 0, where it then is. */
+ad_status motion_initial(motion *m, double *state, ad_error *error);
 
 /* Go to time t: loads, prescribed ends and rest shape, for all that follows. Cheap when already
  * there. */
 ad_status motion_at(motion *m, double t, ad_error *error);
 
-/* rate = d state/dt, both [nodes][MOTION_ROWS]; 0 where an end prescribes. */
+/* rate = d state/dt, both [motion_size]; 0 where an end prescribes. */
 void motion_rate(motion *m, const double *state, double *rate);
+
+/* The same with z as it follows strains within a time gamma implicitly, z + gamma z_t in place of
+ * z, which is the stress of a branch that is softer: z of `state` is less by gamma z_t. */
+void motion_rate_following(motion *m, double gamma, const double *state, double *rate);
+const double *motion_relaxing(const motion *m, size_t *count); /* 1/time of each z [count] */
 
 /* Put what the ends prescribe into the state, and make quaternions unit. */
 void motion_prescribe(const motion *m, double *state);

@@ -238,7 +238,7 @@ static ad_status balance_all(balance *b, int count, const double *times, ad_erro
     ad_status status = make_mesh(b, error);
     status = status == AD_OK ? make_room(b, error) : status;
     solve_rod_units(b->rod, b->units);
-    for (int i = 0; i + 1 < count && status == AD_OK; i++) {
+    for (int i = 0; status == AD_OK && !b->m->has_branch && i + 1 < count; i++) {
         double from = times[i] / b->rod->scales.time, to = times[i + 1] / b->rod->scales.time;
         status = enter(b, from + WITHIN * (to - from), i == 0, error);
         status = status == AD_OK ? pass(b, from, to, error) : status;
@@ -269,7 +269,7 @@ ad_status motion_balance_of(const scene *rod_scene, int count, const double *tim
     ad_status status = solve_rod_create(rod_scene, &b.rod, error);
     if (status == AD_OK && can_be_known(b.rod)) {
         status = balance_all(&b, count, times, error);
-        if (status == AD_OK) {
+        if (status == AD_OK && !b.m->has_branch) {
             double size = b.largest + SOLVE_ENERGY_ROUNDING;
             result->energy = or_infinite(b.energy_missing / size);
             result->momentum = or_infinite(b.momentum_missing / sqrt(2 * b.mass * size));

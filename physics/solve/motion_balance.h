@@ -20,8 +20,8 @@ typedef struct motion_balance {
 /* Of the rod of a scene in motion that passes scene_check and the check of its model, from the
  * first of times [count], s, ascending, to the last: the motion is smooth between two of them.
  * What a rest shape that jumps at one of them does counts as work. Not known (NaN) without rotary
- * inertia, and where ends that move hold a rod with locked strains. AD_NO_MEMORY, errors of
- * formulas and of the motion. */
+ * inertia, with a Maxwell branch, whose memory no motion tells, and where ends that move hold a rod
+ * with locked strains. AD_NO_MEMORY, errors of formulas and of the motion. */
 ad_status motion_balance_of(const scene *rod_scene, int count, const double *times,
                             solve_known_motion *motion, void *context, motion_balance *result,
                             ad_error *error);

@@ -45,19 +45,26 @@ static void add_point(const motion *m, int element, int k, section_sums *sum)
     double off[MOTION_STRAINS], rate[MOTION_STRAINS], stiffness[MOTION_STRAINS];
     double damping[MOTION_STRAINS], elastic[MOTION_STRAINS], viscous[MOTION_STRAINS] = {0};
     double energy = at->law_energy[lane];
+    double stretched[MOTION_STRAINS], branch[MOTION_STRAINS], held[MOTION_STRAINS] = {0};
     for (int i = 0; i < MOTION_STRAINS; i++) {
         off[i] = at->strain[i][lane] - at->rest[i][lane];
         rate[i] = at->rate[i][lane];
         stiffness[i] = at->stiffness[i][lane];
         damping[i] = at->damping[i][lane];
         elastic[i] = at->law[i][lane];
+        stretched[i] = off[i] - at->memory[i][lane];
+        branch[i] = at->branch[i][lane];
     }
+    number_law_elastic_energy(stretched, stretched + MOTION_U, branch, &energy);
+    number_law_elastic_wrench(stretched, stretched + MOTION_U, branch, held);
     number_law_elastic_energy(off, off + MOTION_U, stiffness, &energy);
     number_law_elastic_wrench(off, off + MOTION_U, stiffness, elastic);
     number_law_damping_wrench(rate, rate + MOTION_U, damping, viscous);
     sum->energy += weight * energy;
     for (int i = 0; i < MOTION_STRAINS; i++) {
-        sum->dissipation += weight * viscous[i] * rate[i];
+        sum->dissipation +=
+            weight * (viscous[i] * rate[i] + at->relaxing[lane] * held[i] * stretched[i]);
+        elastic[i] += held[i];
     }
     sum->reshaping -= weight * (vector_dot(elastic, rest->strain_rate) +
                                 vector_dot(elastic + MOTION_U, rest->curvature_rate));

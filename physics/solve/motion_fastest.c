@@ -11,7 +11,7 @@ struct fastest {
 
 ad_status motion_fastest_create(motion *m, fastest **result, ad_error *error)
 {
-    size_t rows = motion_nodes(m) * MOTION_ROWS;
+    size_t rows = motion_size(m);
     fastest *f = calloc(1, sizeof *f);
     double *all = malloc(4 * rows * sizeof *all);
     *result = NULL;

@@ -11,7 +11,7 @@ typedef struct fastest fastest;
 ad_status motion_fastest_create(motion *m, fastest **result, ad_error *error);
 void motion_fastest_free(fastest *f);
 
-/* rad per unit of time, at a state [nodes][MOTION_ROWS] and the time that the motion is at; some
+/* rad per unit of time, at a state [motion_size] and the time that the motion is at; some
  * per cent below the true one. It begins where the last call ended, so that a few rounds do where
  * the state has changed little. */
 double motion_fastest_at(fastest *f, const double *state, int rounds);

@@ -36,8 +36,25 @@ void motion_hold_ends(motion *m)
     }
 }
 
+/* Those of branches, from behind the nodes. */
+static void set_memory(motion *m, const double *memory)
+{
+    for (int b = 0; b < m->elements * m->blocks; b++) {
+        for (int lane = 0; lane < LANES; lane++) {
+            const int k = b % m->blocks * LANES + lane, last = k < m->degree ? k : m->degree;
+            const size_t point = (size_t)(b / m->blocks) * ((size_t)m->degree + 1) + (size_t)last;
+            for (int i = 0; i < MOTION_STRAINS; i++) {
+                m->block[b].memory[i][lane] = memory[point * MOTION_STRAINS + (size_t)i];
+            }
+        }
+    }
+}
+
 void motion_set_nodes(motion *m, const double *state)
 {
+    if (m->has_branch) {
+        set_memory(m, state + m->nodes * MOTION_ROWS);
+    }
     for (size_t i = 0; i < m->nodes; i++) {
         set_node(m, i, state + i * MOTION_ROWS);
     }
@@ -106,6 +123,17 @@ FOR_EACH_PROCESSOR static void strain_element(motion *m, int element)
         memset(at->stress, 0, sizeof at->stress);
         lanes_law_elastic_wrench(off, off + MOTION_U, at->stiffness, at->stress);
     }
+}
+
+void motion_branch_stress(const motion *m, const motion_block *at, lanes stress[MOTION_STRAINS])
+{
+    lanes off[MOTION_STRAINS], branch[MOTION_STRAINS];
+    const lanes softer = 1 / (1 + m->following * at->relaxing);
+    for (int i = 0; i < MOTION_STRAINS; i++) {
+        off[i] = at->strain[i] - at->rest[i] - at->memory[i];
+        branch[i] = softer * at->branch[i];
+    }
+    lanes_law_elastic_wrench(off, off + MOTION_U, branch, stress);
 }
 
 /* Strains of a lane. */
@@ -402,6 +430,9 @@ void motion_internal_forces(motion *m)
         if (m->is_damped) {
             damp_element(m, e);
         }
+        for (int b = e * m->blocks; m->has_branch && b < (e + 1) * m->blocks; b++) {
+            motion_branch_stress(m, &m->block[b], m->block[b].stress);
+        }
         if (m->is_pulled) {
             add_pull(m, e);
         }
@@ -456,11 +487,36 @@ void motion_outside_forces(motion *m)
 
 /* ---- rates --------------------------------------------------------------------------------- */
 
+/* z_t [points][MOTION_STRAINS]. */
+static void remember(const motion *m, double *rate)
+{
+    const int n = m->degree + 1;
+    for (size_t point = 0; point < m->points; point++) {
+        const int k = (int)point % n, lane = k % LANES;
+        const motion_block *at = motion_block_of(m, (int)point / n, k);
+        for (int i = 0; i < MOTION_STRAINS; i++) {
+            rate[point * MOTION_STRAINS + (size_t)i] =
+                at->relaxing[lane] *
+                (at->strain[i][lane] - at->rest[i][lane] - at->memory[i][lane]);
+        }
+    }
+}
+
+void motion_rate_following(motion *m, double gamma, const double *state, double *rate)
+{
+    m->following = gamma;
+    motion_rate(m, state, rate);
+    m->following = 0;
+}
+
 void motion_rate(motion *m, const double *state, double *rate)
 {
     motion_set_nodes(m, state);
     motion_internal_forces(m);
     motion_outside_forces(m);
+    if (m->has_branch) {
+        remember(m, rate + m->nodes * MOTION_ROWS);
+    }
     if (m->has_fluid) {
         motion_find_fluid(m);
     }

@@ -17,6 +17,8 @@ enum { MOTION_U = 3, MOTION_STRAINS = 6 };
 typedef struct motion_block {
     lanes weight; /* of the quadrature over s */
     lanes stiffness[MOTION_STRAINS], damping[MOTION_STRAINS], rest[MOTION_STRAINS];
+    lanes branch[MOTION_STRAINS], relaxing; /* Maxwell's: stiffness, one over the time */
+    lanes memory[MOTION_STRAINS];           /* strain of its damper */
     lanes q[4], strain[MOTION_STRAINS];
     lanes rate[MOTION_STRAINS];   /* of strain, where it is damped */
     lanes stress[MOTION_STRAINS]; /* n, m */
@@ -51,10 +53,12 @@ struct motion {
     int elements, degree;
     int blocks; /* of an element */
     size_t nodes, points;
-    bool is_damped; /* Bse or Bbt */
-    bool has_fluid; /* that moves with the rod: added mass */
-    bool is_pulled; /* by actuators */
-    bool has_time;  /* loads, ends and a rest shape that moves are those of `time` */
+    bool is_damped; /* Bse or Bbt, or a branch */
+    bool has_branch;
+    double following; /* the time within which the memory follows strains; 0: it stays */
+    bool has_fluid;   /* that moves with the rod: added mass */
+    bool is_pulled;   /* by actuators */
+    bool has_time;    /* loads, ends and a rest shape that moves are those of `time` */
     double time;
 
     bool lacks_memory;
@@ -73,6 +77,7 @@ struct motion {
     solve_rest *rest;          /* [points] */
     solve_actuator *actuators; /* [points][those of the rod] */
     double *along;             /* [points][numbers of what acts along the rod] */
+    double *relaxing;          /* [points][MOTION_STRAINS] one over the time of its branch */
     double *mass;              /* [nodes] rhoA likewise */
     double (*inertia)[3];      /* [nodes] rhoJ likewise */
     double *by_mass, (*by_inertia)[3];        /* [nodes] 1 over them */
@@ -124,6 +129,9 @@ void motion_hold_part(const motion *m, int end, const double *position, const do
 /* Energy that what acts along the rod and at places stores, of nodes that are set. */
 double motion_along_energy(const motion *m);
 double motion_places_energy(const motion *m);
+
+/* The part of a Maxwell branch in the stress of a block. */
+void motion_branch_stress(const motion *m, const motion_block *at, lanes stress[MOTION_STRAINS]);
 
 /* From nodes that are set: strains, internal forces; loads; these and drag. */
 void motion_internal_forces(motion *m);

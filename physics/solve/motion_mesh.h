@@ -15,7 +15,7 @@ ad_status motion_mesh(const solve_rod *rod, const solve_quadrature *places, doub
 typedef struct motion_record {
     size_t count;
     double *times;          /* [count] */
-    double *states;         /* [count][nodes][MOTION_ROWS] */
+    double *states;         /* [count][motion_size] */
     solve_energy *energies; /* [count] */
 } motion_record;
 

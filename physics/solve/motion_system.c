@@ -15,7 +15,7 @@ struct motion_system {
     double gamma;
     double *factors; /* [6 nodes][6 nodes], column-major */
     int *pivots;     /* [6 nodes] */
-    double *state;   /* [nodes][MOTION_ROWS] */
+    double *state;   /* [motion_size] */
     double *rate;    /* its rate */
     double (*R)[3][3];
     double *moved, *moved_rate;
@@ -81,16 +81,26 @@ static void add_acceleration(const motion_system *n, size_t node, double factor,
     }
 }
 
+/* n->moved becomes the state, with z as motion_rate_following has it. */
+static void begin_to_move(motion_system *n)
+{
+    const size_t memory = n->nodes * MOTION_ROWS, size = motion_size(n->motion);
+    memcpy(n->moved, n->state, size * sizeof *n->moved);
+    for (size_t i = memory; i < size; i++) {
+        n->moved[i] -= n->gamma * n->rate[i];
+    }
+}
+
 /* Columns of the nodes first, first + stride, ...: no two share an element. */
 static void form_columns(motion_system *n, size_t first, size_t stride, int which)
 {
     double by = displacement / n->gamma;
-    size_t rows = n->nodes * MOTION_ROWS, size = n->nodes * UNKNOWNS;
-    memcpy(n->moved, n->state, rows * sizeof *n->moved);
+    size_t size = n->nodes * UNKNOWNS;
+    begin_to_move(n);
     for (size_t node = first; node < n->nodes; node += stride) {
         move_node(n, node, which, by);
     }
-    motion_rate(n->motion, n->moved, n->moved_rate);
+    motion_rate_following(n->motion, n->gamma, n->moved, n->moved_rate);
     size_t reach = (size_t)motion_degree(n->motion);
     for (size_t node = first; node < n->nodes; node += stride) {
         double *column = n->factors + (node * UNKNOWNS + (size_t)which) * size;
@@ -105,8 +115,8 @@ static void form_columns(motion_system *n, size_t first, size_t stride, int whic
 
 void motion_system_at(motion_system *n, const double *state, const double *rate)
 {
-    memcpy(n->state, state, n->nodes * MOTION_ROWS * sizeof *state);
-    memcpy(n->rate, rate, n->nodes * MOTION_ROWS * sizeof *rate);
+    memcpy(n->state, state, motion_size(n->motion) * sizeof *state);
+    memcpy(n->rate, rate, motion_size(n->motion) * sizeof *rate);
     motion_prescribe(n->motion, n->state);
     for (size_t i = 0; i < n->nodes; i++) {
         rotation_matrix(n->state + i * MOTION_ROWS + MOTION_Q, n->R[i]);
@@ -128,8 +138,8 @@ int motion_system_form(motion_system *n, double gamma)
 
 /* ---- solving ------------------------------------------------------------------------------- */
 
-/* How far b, the right sides of position and rotation, moves the rod where V and w do not change:
- * n->moved_rate; the largest move. */
+/* How far b, the right sides of position, rotation and z, moves the rod where V and w do not
+ * change: n->moved_rate; the largest move. */
 static double move_freely(motion_system *n, const double *b)
 {
     static const double still[3] = {0};
@@ -142,6 +152,10 @@ static double move_freely(motion_system *n, const double *b)
             largest = fmax(largest, fabs(move[k]));
         }
     }
+    for (size_t i = n->nodes * MOTION_ROWS; i < motion_size(n->motion); i++) {
+        n->moved_rate[i] = b[i];
+        largest = fmax(largest, fabs(b[i]));
+    }
     return largest;
 }
 
@@ -149,13 +163,12 @@ static double move_freely(motion_system *n, const double *b)
 static void add_stiffness(motion_system *n, double largest)
 {
     double by = displacement / largest;
-    memcpy(n->moved, n->state, n->nodes * MOTION_ROWS * sizeof *n->moved);
-    for (size_t i = 0; i < n->nodes * MOTION_ROWS; i += MOTION_ROWS) {
-        for (size_t k = 0; k < MOTION_V; k++) {
-            n->moved[i + k] += by * n->moved_rate[i + k];
-        }
+    begin_to_move(n);
+    for (size_t i = 0; i < motion_size(n->motion); i++) {
+        const bool moves = i >= n->nodes * MOTION_ROWS || i % MOTION_ROWS < MOTION_V;
+        n->moved[i] += moves ? by * n->moved_rate[i] : 0;
     }
-    motion_rate(n->motion, n->moved, n->moved_rate);
+    motion_rate_following(n->motion, n->gamma, n->moved, n->moved_rate);
     for (size_t i = 0; i < n->nodes; i++) {
         add_acceleration(n, i, n->gamma / by, n->change + i * UNKNOWNS);
     }
@@ -177,6 +190,30 @@ static void finish(const motion_system *n, const double *b, double *x)
     }
 }
 
+/* z of x = b + gamma z_t, as strains and z change by x. */
+static void finish_memory(motion_system *n, const double *b, double *x)
+{
+    const size_t first = n->nodes * MOTION_ROWS;
+    size_t count;
+    const double *relaxing = motion_relaxing(n->motion, &count);
+    double largest = 0;
+    for (size_t i = 0; i < first && count > 0; i++) {
+        largest = i % MOTION_ROWS < MOTION_V ? fmax(largest, fabs(x[i])) : largest;
+    }
+    const double by = largest > 0 ? displacement / largest : 1;
+    memcpy(n->moved, n->state, motion_size(n->motion) * sizeof *n->moved);
+    for (size_t i = 0; i < first && count > 0; i++) {
+        n->moved[i] += i % MOTION_ROWS < MOTION_V ? by * x[i] : 0;
+    }
+    if (count > 0) {
+        motion_rate(n->motion, n->moved, n->moved_rate);
+    }
+    for (size_t i = 0; i < count; i++) {
+        const double change = (n->moved_rate[first + i] - n->rate[first + i]) / by;
+        x[first + i] = (b[first + i] + n->gamma * change) / (1 + n->gamma * relaxing[i]);
+    }
+}
+
 static void solve(motion_system *n, const double *b, double *x)
 {
     for (size_t i = 0; i < n->nodes; i++) {
@@ -190,6 +227,7 @@ static void solve(motion_system *n, const double *b, double *x)
     }
     ad_dense_lu_solve(n->nodes * UNKNOWNS, 1, n->factors, n->pivots, n->change);
     finish(n, b, x);
+    finish_memory(n, b, x);
 }
 
 /* ---- for SUNDIALS -------------------------------------------------------------------------- */
@@ -248,7 +286,7 @@ ad_status motion_system_create(motion *m, SUNContext context, motion_system **re
     if (!n) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for linear systems");
     }
-    size_t nodes = motion_nodes(m), size = nodes * UNKNOWNS, rows = nodes * MOTION_ROWS;
+    size_t nodes = motion_nodes(m), size = nodes * UNKNOWNS, rows = motion_size(m);
     *n = (motion_system){.motion = m, .nodes = nodes};
     n->factors = malloc(size * size * sizeof *n->factors);
     n->pivots = malloc(size * sizeof *n->pivots);

@@ -28,7 +28,7 @@ void motion_system_free(motion_system *system);
 SUNMatrix motion_system_matrix(motion_system *system);
 SUNLinearSolver motion_system_solver(motion_system *system);
 
-/* The present iterate [nodes][MOTION_ROWS] and its rate: systems are formed and solved there. */
+/* The present iterate [motion_size] and its rate: systems are formed and solved there. */
 void motion_system_at(motion_system *system, const double *state, const double *rate);
 
 /* The matrix and its factors; 0, or not when it is singular. */

@@ -66,6 +66,8 @@ static const refusal list_refusals[] = {
      NULL,
      "scene.yaml:4:79: segments[1].material.relaxation_time: given beside rod.material.viscosity; "
      "allowed: one of the two"},
+    {MATERIAL "segments: [{length: 1}, {length: 1, material: {maxwell: {ratio: 0.2}}}]\n", NULL,
+     "scene.yaml:4:57: segments[1].material.maxwell.time: missing; a time in s"},
     {BASE "loads: {points: [{at: 1, force: [0, 0, 1]}]}\n", NULL,
      "scene.yaml:4:23: loads.points[0].at: is not within the rod; allowed: 0 < at < length, and at "
      "the ends loads.base, loads.tip"},

@@ -244,6 +244,8 @@ static void test_tapered(void **state)
     tapered.rod.youngs_modulus = Q("2e11*(1 + s^2)");
     tapered.rod.density = Q("7800 + 100*sin(s)");
     tapered.rod.viscosity = Q("1e7*exp(-s)");
+    tapered.rod.maxwell_ratio = Q("0.2 + s");
+    tapered.rod.maxwell_time = Q("0.1 + s");
     assert_int_equal(scene_check(&tapered, NULL, NULL), AD_OK);
     scene_properties along = scene_properties_of(&tapered);
     for (int k = 0; k < 4; k++) {
@@ -253,6 +255,8 @@ static void test_tapered(void **state)
         there.rod.youngs_modulus = Q(2e11 * (1 + s * s));
         there.rod.density = Q(7800 + 100 * sin(s));
         there.rod.viscosity = Q(1e7 * exp(-s));
+        there.rod.maxwell_ratio = Q(0.2 + s);
+        there.rod.maxwell_time = Q(0.1 + s);
         scene_properties at = scene_properties_of(&there);
         const quantity *varying = (const quantity *)(const void *)&along;
         const quantity *number = (const quantity *)(const void *)&at;
