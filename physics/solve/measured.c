@@ -169,7 +169,7 @@ static ad_status take_rows(solve_trials *trials, int sets, const solve_measured 
     const ad_status status =
         trial_memory_create(&trials->open, sets, measured, &trials->memory, error);
     for (int i = 0; i < sets && status == AD_OK; i++) {
-        const solve_view *view = measured[i].view;
+        const scene_view *view = measured[i].view;
         if (view) {
             measured_view_prepare(view, &trials->open, &trials->views[i]);
         }

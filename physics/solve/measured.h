@@ -12,9 +12,9 @@
 #define PHYSICS_SOLVE_MEASURED_H
 
 #include "physics/learn/model.h"
+#include "physics/scene/view.h"
 #include "physics/solve/recording.h"
 #include "physics/solve/solve.h"
-#include "physics/solve/view.h"
 
 /* Rows of measured numbers, in SI; borrowed. Of a rotation in space all four numbers are there or
  * none: its residual is the rotation vector between the two, with the noise of its first column, in
@@ -30,7 +30,7 @@ typedef struct solve_measured {
     const double *values;              /* [columns][rows]; NaN: missing, and does not count */
     const solve_inputs *const *inputs; /* [rows] over time, NULL: none of a row; NULL: of none */
     const double *weight;              /* [rows] of their squares; NULL: 1 */
-    const solve_view *view; /* of positions and rotations in space, of which all columns are there;
+    const scene_view *view; /* of positions and rotations in space, of which all columns are there;
                              * its delay of any quantity. NULL: they are those of the axis */
     /* Of inputs with a memory: known values of all that was commanded from the beginning on, as
      * above, [commands]; and which of them each row has, ascending, [rows]. NULL: the rows are all.

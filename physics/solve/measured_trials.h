@@ -3,8 +3,8 @@
 #define PHYSICS_SOLVE_MEASURED_TRIALS_H
 
 #include "physics/chain/solve_members.h"
+#include "physics/scene/view.h"
 #include "physics/solve/measured_memory.h"
-#include "physics/solve/measured_view.h"
 
 /* One row of one set; rows of an experiment follow one another, in the order of their times. */
 typedef struct measured_row {

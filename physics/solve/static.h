@@ -13,8 +13,8 @@ typedef struct static_solution static_solution;
  * instead. Then refines the mesh. AD_OK also when the path
  * ends early: report->load_fraction is then below 1, and the solution that of this load; or when
  * the tolerance is not met: report->estimate is above it. The rod must outlive the solution, and
- * `before`, an equilibrium whose tensions tendons with friction had before, while it is found; NULL:
- * they had none. */
+ * `before`, an equilibrium whose tensions tendons with friction had before, while it is found;
+ * NULL: they had none. */
 ad_status static_solve(const solve_rod *rod, const solve_settings *settings,
                        const static_solution *before, static_solution **result,
                        solve_report *report, ad_error *error);

@@ -161,8 +161,8 @@ static bool is_in_views(const config *experiment, const char *name)
 {
     bool found = false;
     for (int i = 0; i < experiment->settings.data_count; i++) {
-        const solve_view *view = &experiment->settings.data[i].view;
-        found = found || solve_view_depends_on(view, name);
+        const scene_view *view = &experiment->settings.data[i].view;
+        found = found || scene_view_depends_on(view, name);
     }
     return found;
 }

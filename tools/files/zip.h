@@ -1,5 +1,6 @@
-/* Zip archives in memory; those that are written are not compressed. PKWARE's APPNOTE.TXT 6.3.3, sections 4.3 and 4.4,
- * without encryption and zip64. There are no time stamps: equal entries give equal bytes. */
+/* Zip archives in memory; those that are written are not compressed. PKWARE's APPNOTE.TXT 6.3.3,
+ * sections 4.3 and 4.4, without encryption and zip64. There are no time stamps: equal entries give
+ * equal bytes. */
 #ifndef TOOLS_FILES_ZIP_H
 #define TOOLS_FILES_ZIP_H
 

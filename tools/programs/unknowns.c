@@ -81,8 +81,8 @@ ad_status unknowns_find(const char *scene_file, const cli_list *overrides, const
     const least_squares_runner runner = fit_run_by(run);
     status = fit_run_ask(run, unknowns->settings, error, "# unknowns of a scene\n");
     if (status == AD_OK) {
-        status = config_identify(unknowns->settings, threads, unknowns->modes, &runner, &unknowns->found,
-                                 &unknowns->fit, error);
+        status = config_identify(unknowns->settings, threads, unknowns->modes, &runner,
+                                 &unknowns->found, &unknowns->fit, error);
     }
     unknowns->seconds = train_seconds() - start;
     if (status == AD_OK && !run->signal) {

@@ -430,7 +430,7 @@ static ad_status fill_set(reading *r, solve_measured *set, double **numbers, siz
 static ad_status check_view(const scene *open, const train_data *file, int index, char *key,
                             ad_error *error)
 {
-    const solve_view *view = &file->view;
+    const scene_view *view = &file->view;
     const bool placed = file->quantity == TRAIN_POSITION && !scene_is_beam(open);
     const bool turned = file->quantity == TRAIN_ROTATION && !scene_is_beam(open);
     const struct {
@@ -473,7 +473,7 @@ static ad_status read_file(const scene *open, const train_data *file, int index,
         return status;
     }
     snprintf(key, TRAIN_KEY_MAX, "data[%d].file", index);
-    set->view = solve_view_is_given(&file->view) ? &file->view : NULL;
+    set->view = scene_view_is_given(&file->view) ? &file->view : NULL;
     for (int c = 0; c < set->columns; c++) {
         set->column[c] = first + c;
         set->noise[c] = file->noise > 0 ? file->noise : 1;

@@ -6,7 +6,8 @@
 #include "tools/files/table_file.h"
 
 /* parameters [rows of the table][parameter_count] from a table with a column for each parameter and
- * no other; what plays were before follows from the rows in their order. The caller owns both. AD_BAD_INPUT with file and line, errors of table_read. */
+ * no other; what plays were before follows from the rows in their order. The caller owns both.
+ * AD_BAD_INPUT with file and line, errors of table_read. */
 ad_status train_members_read(const scene *family, const char *path, double **parameters,
                              table_file **table, ad_error *error);
 

@@ -13,7 +13,7 @@
 #include "physics/learn/groups.h"
 #include "physics/learn/problem.h"
 #include "physics/scene/scene.h"
-#include "physics/solve/view.h"
+#include "physics/scene/view.h"
 #include "tools/train/targets.h"
 
 #include <stdint.h>
@@ -104,7 +104,7 @@ typedef struct train_data {
     const char *columns;     /* lines "name=formula of the file's columns"; NULL: as they are */
     int from, to, every;     /* rows that count, from 1; to 0: the last */
     const char *where;       /* those where this formula of the file's columns is > 0; NULL: all */
-    solve_view view;         /* how the rod is seen */
+    scene_view view;         /* how the rod is seen */
     train_loss robust;       /* of the distances */
     int marker_count;        /* of view.marker */
     double rate;             /* rows a second, where no column is t; 0: not known */

@@ -1,4 +1,4 @@
-#include "physics/solve/measured_view.h"
+#include "physics/scene/view.h"
 
 #include "physics/numerics/quaternion.h"
 
@@ -6,24 +6,24 @@
 #include <string.h>
 
 /* A view holds nothing but quantities. */
-enum { QUANTITIES = sizeof(solve_view) / sizeof(quantity) };
+enum { QUANTITIES = sizeof(scene_view) / sizeof(quantity) };
 
-static const quantity *all_of(const solve_view *view)
+static const quantity *all_of(const scene_view *view)
 {
     return (const quantity *)(const void *)view;
 }
 
-bool solve_view_is_given(const solve_view *view)
+bool scene_view_is_given(const scene_view *view)
 {
     return quantity_any_given(QUANTITIES, all_of(view));
 }
 
-bool solve_view_depends_on(const solve_view *view, const char *name)
+bool scene_view_depends_on(const scene_view *view, const char *name)
 {
     return quantity_any_depends_on(QUANTITIES, all_of(view), name);
 }
 
-void measured_view_prepare(const solve_view *view, const scene *open, measured_view *result)
+void measured_view_prepare(const scene_view *view, const scene *open, measured_view *result)
 {
     *result = (measured_view){.of = view};
     result->sees_marker = quantity_any_something(3, view->marker);
@@ -33,7 +33,7 @@ void measured_view_prepare(const solve_view *view, const scene *open, measured_v
     result->moves = result->sees_marker || result->sees_frame;
     for (int i = 0; i < open->parameter_count; i++) {
         const char *name = open->parameters[i].name;
-        if (solve_view_depends_on(view, name)) {
+        if (scene_view_depends_on(view, name)) {
             result->index[result->count] = i;
             result->names[result->count++] = name;
         }
