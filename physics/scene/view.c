@@ -23,9 +23,9 @@ bool scene_view_depends_on(const scene_view *view, const char *name)
     return quantity_any_depends_on(QUANTITIES, all_of(view), name);
 }
 
-void measured_view_prepare(const scene_view *view, const scene *open, measured_view *result)
+void scene_seen_prepare(const scene_view *view, const scene *open, scene_seen *result)
 {
-    *result = (measured_view){.of = view};
+    *result = (scene_seen){.of = view};
     result->sees_marker = quantity_any_something(3, view->marker);
     result->sees_frame = quantity_any_something(3, view->position) ||
                          quantity_any_given(4, view->rotation) ||
@@ -44,7 +44,7 @@ typedef struct place {
     double s, t, values[SCENE_PARAMETERS_MAX];
 } place;
 
-static place at(const measured_view *view, double s, double t, const double *parameters)
+static place at(const scene_seen *view, double s, double t, const double *parameters)
 {
     place made = {.s = s, .t = t};
     for (int i = 0; i < view->count; i++) {
@@ -54,21 +54,21 @@ static place at(const measured_view *view, double s, double t, const double *par
 }
 
 /* 0 where it is not given. */
-static double value(const measured_view *view, const place *p, quantity q)
+static double value(const scene_seen *view, const place *p, quantity q)
 {
     return !q.is_given ? 0
            : q.node    ? quantity_value_with(q, p->s, p->t, view->count, view->names, p->values)
                        : q.number;
 }
 
-double measured_view_time(const measured_view *view, double s, double t, const double *parameters)
+double scene_seen_time(const scene_seen *view, double s, double t, const double *parameters)
 {
     const place p = at(view, s, t, parameters);
     return t - value(view, &p, view->of->delay);
 }
 
 /* The rotation of what measures. */
-static void rotation_of(const measured_view *view, const place *p, double q[4])
+static void rotation_of(const scene_seen *view, const place *p, double q[4])
 {
     double vector[3];
     for (int i = 0; i < 4; i++) {
@@ -89,8 +89,8 @@ static void rotation_of(const measured_view *view, const place *p, double q[4])
     }
 }
 
-void measured_view_take(const measured_view *view, double s, double t, const double *parameters,
-                        double r[3], double q[4])
+void scene_seen_take(const scene_seen *view, double s, double t, const double *parameters,
+                     double r[3], double q[4])
 {
     const place p = at(view, s, t, parameters);
     double R[3][3];

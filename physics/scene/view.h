@@ -23,23 +23,23 @@ bool scene_view_depends_on(const scene_view *view, const char *name);
 /* ---- what is seen of a computed row -------------------------------------------------------- */
 
 /* A view, and the parameters that its formulas have. */
-typedef struct measured_view {
+typedef struct scene_seen {
     const scene_view *of;
     bool sees_marker, sees_frame, moves; /* moves: one of the two */
     int count;
     int index[SCENE_PARAMETERS_MAX]; /* [count] of the scene's parameters */
     const char *names[SCENE_PARAMETERS_MAX];
-} measured_view;
+} scene_seen;
 
 /* The view and the scene's names stay where they are. */
-void measured_view_prepare(const scene_view *view, const scene *open, measured_view *result);
+void scene_seen_prepare(const scene_view *view, const scene *open, scene_seen *result);
 
 /* The time of the rod, of a row of time t. parameters: as of scene_member. */
-double measured_view_time(const measured_view *view, double s, double t, const double *parameters);
+double scene_seen_time(const scene_seen *view, double s, double t, const double *parameters);
 
 /* r [3] of the axis and a unit quaternion q [4] of a section become those that are seen. */
-void measured_view_take(const measured_view *view, double s, double t, const double *parameters,
-                        double r[3], double q[4]);
+void scene_seen_take(const scene_seen *view, double s, double t, const double *parameters,
+                     double r[3], double q[4]);
 
 #ifdef __cplusplus
 }

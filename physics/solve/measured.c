@@ -125,7 +125,7 @@ size_t solve_trials_thin(solve_trials *trials, size_t every)
     return count;
 }
 
-static void take_row(solve_trials *trials, const solve_measured *set, const measured_view *view,
+static void take_row(solve_trials *trials, const solve_measured *set, const scene_seen *view,
                      size_t row, size_t turn)
 {
     const size_t count = (size_t)trials->open.parameter_count;
@@ -171,7 +171,7 @@ static ad_status take_rows(solve_trials *trials, int sets, const solve_measured 
     for (int i = 0; i < sets && status == AD_OK; i++) {
         const scene_view *view = measured[i].view;
         if (view) {
-            measured_view_prepare(view, &trials->open, &trials->views[i]);
+            scene_seen_prepare(view, &trials->open, &trials->views[i]);
         }
         for (size_t row = 0; row < measured[i].rows; row++) {
             take_row(trials, &measured[i], view ? &trials->views[i] : NULL, row,
@@ -388,7 +388,7 @@ void solve_trials_compare(const solve_trials *trials, const measured_row *of,
     }
     if (of->view && of->view->moves) {
         quaternion_normalize(pose + 3);
-        measured_view_take(of->view, set->s[of->row], of->t, parameters, pose, pose + 3);
+        scene_seen_take(of->view, set->s[of->row], of->t, parameters, pose, pose + 3);
     }
     for (int c = 0; c < set->columns; c++) {
         const double *measured = set->values + (size_t)c * set->rows + of->row;
@@ -415,9 +415,8 @@ void solve_trials_compare(const solve_trials *trials, const measured_row *of,
 double solve_trials_time(const solve_trials *trials, const measured_row *row,
                          const double *parameters)
 {
-    const double t = row->view
-                         ? measured_view_time(row->view, row->set->s[row->row], row->t, parameters)
-                         : row->t;
+    const double t =
+        row->view ? scene_seen_time(row->view, row->set->s[row->row], row->t, parameters) : row->t;
     return fmin(scene_duration(&trials->open), fmax(0, t));
 }
 

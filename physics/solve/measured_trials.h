@@ -9,7 +9,7 @@
 /* One row of one set; rows of an experiment follow one another, in the order of their times. */
 typedef struct measured_row {
     const solve_measured *set;
-    const measured_view *view; /* NULL: none */
+    const scene_seen *view; /* NULL: none */
     size_t row;
     const double *known; /* [parameter_count], 0 for unknowns */
     int known_count;
@@ -30,7 +30,7 @@ struct solve_trials {
     ad_pool *pool;
     size_t rows, residuals, experiments, every; /* of the experiments each so many-th counts */
     measured_row *row;
-    measured_view *views;   /* [sets] */
+    scene_seen *views;      /* [sets] */
     double *known;          /* [rows][parameter_count] */
     trial_memory *memory;   /* NULL: inputs have none */
     size_t *first;          /* [experiments + 1] rows */

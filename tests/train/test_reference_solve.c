@@ -408,9 +408,9 @@ static void test_other_physics(void **state)
 static void test_every_key(void **state)
 {
     (void)state;
-    static const char *const sections[] = {"rod.",       "loads.",       "beam.",
-                                           "boundary.",  "initial.",     "manufactured.",
-                                           "reference.", "time.duration"};
+    static const char *const sections[] = {"rod.",       "loads.",        "beam.",
+                                           "boundary.",  "initial.",      "manufactured.",
+                                           "reference.", "time.duration", "residual."};
     char *written = physics(rod, NULL);
     int found = 0, expected = 0;
     for (const char *line = written; *line; line += strcspn(line, "\n") + 1) {
