@@ -4,9 +4,9 @@
 take ContinuumRoboticsLab/opencr-mujoco data/sysid/ftdcr_v4 data/sysid/ftdcr_v6
 
 robot() { # version, prefix of its files, published rms
-    local folder=data/sysid/ftdcr_$1/$2_analysis json=ftdcr_$1.json
+    local folder=data/data/sysid/ftdcr_$1/$2_analysis json=ftdcr_$1.json
     run "ftdcr_$1.txt" cpinn-solve "$scenes/ftdcr_$1.yaml" --data "$folder" --json "$json"
-    row "$1: tip rms" unit=mm rows=$(($(wc -l <"$folder/$2_train.csv") - 1)) published="$3" \
+    row "$1: tip rms" unit=mm rows=$(($(wc -l <"$folder/$2_train.csv") - 1)) published="${3:--}" \
         physics="$(times 1000 "$(number rms "$json")")" physics_held_out="$(times 1000 "$(number rms "$json" 2)")" \
         seconds="$seconds"
     row "$1: tip median" unit=mm physics="$(times 1000 "$(number median "$json")")" \
