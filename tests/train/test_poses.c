@@ -20,7 +20,7 @@ static const double truth[UNKNOWNS] = {4.5e-3, 1.5, 2.5e-3};
 typedef struct poses {
     quantities *names;
     scene open;
-    double s[POSES], known[POSES][PARAMETERS], values[13][POSES];
+    double s[POSES], known[POSES][PARAMETERS], values[13 * POSES];
     solve_measured set;
 } poses;
 
@@ -98,12 +98,12 @@ static void make_poses(poses *x, int rows, double noise)
                               .known = x->known[0],
                               .columns = 7,
                               .column = {0, 1, 2, 3, 4, 5, 6},
-                              .values = x->values[0]};
+                              .values = x->values};
     for (int c = 0; c < x->set.columns; c++) {
         x->set.noise[c] = noise;
         for (int i = 0; i < rows; i++) {
             assert_true(results[i].solved);
-            x->values[0][c * rows + i] =
+            x->values[c * rows + i] =
                 shapes[i * SOLVE_MEMBERS_COLUMNS + c] + noise * (c < 3) * nn_rng_normal(&random);
         }
     }
