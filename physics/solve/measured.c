@@ -90,16 +90,17 @@ static int compare_rows(const void *left, const void *right)
     return (a->residual > b->residual) - (a->residual < b->residual);
 }
 
-static bool starts_quaternion(const solve_trials *trials, int column)
+static bool starts_quaternion(const scene *open, int column)
 {
-    return trials->has_quaternion && column == trials->first_rotation;
+    const scene_physics *physics = scene_physics_of(open);
+    return physics->rotation_columns == QUATERNION && column == physics->position_columns;
 }
 
-static size_t residuals_of(const solve_trials *trials, const solve_measured *set, size_t row)
+size_t solve_measured_residuals(const scene *open, const solve_measured *set, size_t row)
 {
     size_t count = (size_t)set->columns;
     for (int c = 0; c < set->columns; c++) {
-        count -= starts_quaternion(trials, set->column[c]) ||
+        count -= starts_quaternion(open, set->column[c]) ||
                  isnan(set->values[(size_t)c * set->rows + row]);
     }
     return count;
@@ -107,7 +108,7 @@ static size_t residuals_of(const solve_trials *trials, const solve_measured *set
 
 size_t solve_trials_row_residuals(const solve_trials *trials, const measured_row *of)
 {
-    return residuals_of(trials, of->set, of->row);
+    return solve_measured_residuals(&trials->open, of->set, of->row);
 }
 
 size_t solve_trials_thin(solve_trials *trials, size_t every)
@@ -147,7 +148,7 @@ static void take_row(solve_trials *trials, const solve_measured *set, const scen
                        .turn = turn,
                        .t = scene_is_dynamic(&trials->open) ? set->t[row] : 0,
                        .residual = trials->residuals};
-    trials->residuals += residuals_of(trials, set, row);
+    trials->residuals += solve_measured_residuals(&trials->open, set, row);
 }
 
 /* Rows in the order of experiments, and where each of these begins. */
@@ -220,7 +221,8 @@ void solve_trials_tell(const solve_trials *trials, size_t *experiment, double *p
                width * sizeof *parameters);
         for (size_t r = trials->first[e]; r < trials->first[e + 1]; r++) {
             const measured_row *row = &trials->row[r];
-            for (size_t k = 0; k < residuals_of(trials, row->set, row->row); k++) {
+            const size_t count = solve_trials_row_residuals(trials, row);
+            for (size_t k = 0; k < count; k++) {
                 experiment[row->residual + k] = e;
             }
         }
@@ -322,8 +324,6 @@ ad_status solve_trials_create(const scene *open, int sets, const solve_measured 
     trials->open = *open;
     trials->unknowns = open->unknown_count;
     trials->every = 1;
-    trials->has_quaternion = physics->rotation_columns == QUATERNION;
-    trials->first_rotation = physics->position_columns;
     for (int i = 0; i < sets; i++) {
         const int last = measured[i].column[measured[i].columns - 1];
         const int needed = measured[i].view && last < physics->position_columns
@@ -392,7 +392,7 @@ void solve_trials_compare(const solve_trials *trials, const measured_row *of,
     }
     for (int c = 0; c < set->columns; c++) {
         const double *measured = set->values + (size_t)c * set->rows + of->row;
-        if (starts_quaternion(trials, set->column[c])) {
+        if (starts_quaternion(&trials->open, set->column[c])) {
             double p[4], q[4], vector[3];
             for (int i = 0; i < QUATERNION; i++) {
                 p[i] = measured[(size_t)i * set->rows];

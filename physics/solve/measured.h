@@ -42,6 +42,9 @@ typedef struct solve_measured {
 
 size_t solve_measured_missing(const solve_measured *set); /* numbers that are */
 
+/* How many residuals a row of the scene has: those of its numbers, of a rotation in space three. */
+size_t solve_measured_residuals(const scene *open, const solve_measured *set, size_t row);
+
 typedef struct solve_trials solve_trials;
 
 /* Measurements in `sets` lists, on places within the rod and the duration; the scene is copied, its

@@ -164,12 +164,8 @@ static double time_change(const change_rows *rows, const measured_row *row, int 
 static void add_motion(const scene *open, const double *columns, size_t stride, double by,
                        double *change_of)
 {
-    const scene_physics *physics = scene_physics_of(open);
+    const size_t velocity = solve_velocity_column(open);
     double q[4], turn[3], rate[4];
-    size_t velocity = 0;
-    while (strcmp(physics->columns[velocity].name, "vx") != 0) {
-        velocity++;
-    }
     for (size_t i = 0; i < 3; i++) {
         change_of[i] += by * columns[(velocity + i) * stride];
         turn[i] = columns[(velocity + 3 + i) * stride] / 2;

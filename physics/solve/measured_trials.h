@@ -23,9 +23,8 @@ typedef struct measured_row {
 struct solve_trials {
     scene open;
     int unknowns;
-    bool apart; /* each experiment has values of its own */
-    bool has_quaternion;
-    int first_rotation, columns; /* of the model: so many are needed */
+    bool apart;  /* each experiment has values of its own */
+    int columns; /* of the model: so many are needed */
     double tolerance;
     ad_pool *pool;
     size_t rows, residuals, experiments, every; /* of the experiments each so many-th counts */

@@ -2,6 +2,7 @@
 
 #include "physics/chain/reduced.h"
 #include "physics/learn/model.h"
+#include "physics/numerics/quaternion.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -47,6 +48,16 @@ void solve_inputs_at(const solve_inputs *inputs, int parameters, double t, size_
 
 /* ---- making -------------------------------------------------------------------------------- */
 
+size_t solve_velocity_column(const scene *open)
+{
+    const scene_physics *physics = scene_physics_of(open);
+    size_t column = 0;
+    while (strcmp(physics->columns[column].name, "vx") != 0) {
+        column++;
+    }
+    return column;
+}
+
 ad_status solve_recording_create(const scene *open, const int modes[4], size_t places,
                                  const double *s, solve_recording **result, ad_error *error)
 {
@@ -67,9 +78,7 @@ ad_status solve_recording_create(const scene *open, const int modes[4], size_t p
         x->state = malloc((size_t)reduced_states(x->rod) * sizeof *x->state);
         x->seen = malloc((3 * places + 1) * sizeof *x->seen);
         x->columns = (size_t)physics->column_count;
-        while (strcmp(physics->columns[x->velocity].name, "vx") != 0) {
-            x->velocity++;
-        }
+        x->velocity = solve_velocity_column(open);
         status =
             x->state && x->seen ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a rod");
     }
@@ -215,12 +224,9 @@ static void change_place(const solve_recording *x, size_t place, size_t i, doubl
             rows[r] += by[r * n + c] * x->change[0][c * x->count + i];
         }
     }
-    const double *w = rows + 3; /* q_t = (0, w) q / 2 */
+    const double half[4] = {0, rows[3] / 2, rows[4] / 2, rows[5] / 2}; /* q_t = (0, w) q / 2 */
     memcpy(change, rows, 3 * sizeof *rows);
-    change[3] = -0.5 * (w[0] * q[1] + w[1] * q[2] + w[2] * q[3]);
-    change[4] = 0.5 * (w[0] * q[0] + w[1] * q[3] - w[2] * q[2]);
-    change[5] = 0.5 * (w[1] * q[0] + w[2] * q[1] - w[0] * q[3]);
-    change[6] = 0.5 * (w[2] * q[0] + w[0] * q[2] - w[1] * q[1]);
+    quaternion_product(half, q, change + 3);
     memcpy(change + 7, rows + 6, 6 * sizeof *rows);
 }
 

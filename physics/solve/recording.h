@@ -26,6 +26,9 @@ typedef struct solve_inputs {
 void solve_inputs_at(const solve_inputs *inputs, int parameters, double t, size_t *at,
                      double *values);
 
+/* The first of the columns of velocity, behind which those of angular velocity are, of a rod. */
+size_t solve_velocity_column(const scene *open);
+
 typedef struct solve_recording solve_recording;
 
 /* modes as in reduced_settings; s [places] m, where the rod is looked at. Errors as of

@@ -2,6 +2,7 @@
  * makes of the same curvature.
  *   test_export_family [TEST]      writes, compiles and compares in a folder of its own */
 #include "config_testing.h"
+#include "good.h"
 #include "random_numbers.h"
 #include "temporary_folder.h"
 
@@ -136,13 +137,6 @@ static const char rubbed[] = RUBBED("tension: pull, friction: 0.5*stiff");
 /* The first by its length. */
 static const char rubbed_by_length[] =
     RUBBED("displacement: 0.0005*pull, stiffness: 3000, friction: 0.5*stiff");
-
-static void assert_good(ad_status status, const ad_error *error)
-{
-    if (status != AD_OK) {
-        fail_msg("%s", error->message);
-    }
-}
 
 /* A network with random weights, which says little: Newton's method starts near the unloaded rod.
  */

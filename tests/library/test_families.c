@@ -1,5 +1,6 @@
 /* Families: one network for all values of parameters, against the classical solvers. */
 #include "config_testing.h"
+#include "good.h"
 #include "random_numbers.h"
 
 #include "tools/library/cpinn.h"
@@ -13,13 +14,6 @@ enum { POINTS = 11, MEMBERS = 20 };
 
 static const char REST[] = "configs/families/cantilever.yaml";
 static const char MOTION[] = "configs/families/ramp.yaml";
-
-static void assert_good(ad_status status, const ad_error *error)
-{
-    if (status != AD_OK) {
-        fail_msg("%s", error->message);
-    }
-}
 
 static cpinn_model *train(const char *path, int count, const char *const *overrides,
                           const cpinn_options *options)

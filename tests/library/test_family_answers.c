@@ -2,7 +2,7 @@
  * solved members that are bent by a smooth change of curvature; what is solved instead; the same
  * bits for any number of threads; what is refused; how answers are verified. */
 #include "allocations.h"
-#include "near.h"
+#include "good.h"
 
 #include "physics/solve/solve.h"
 #include "tools/library/trained_family.h"
@@ -13,13 +13,6 @@
 enum { POINTS = 11, WIDTH = POINTS * SOLVE_MEMBERS_COLUMNS, COUNT = 4, MEMBERS = 37 };
 
 static const double LENGTH = 0.2;
-
-static void assert_good(ad_status status, const ad_error *error)
-{
-    if (status != AD_OK) {
-        fail_msg("%s", error->message);
-    }
-}
 
 /* ---- scenes -------------------------------------------------------------------------------- */
 

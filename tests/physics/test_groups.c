@@ -1,7 +1,7 @@
 /* Groups of families: how many there are, that members with the same groups have the same shape,
  * and that a member that is turned about its base or mirrored is the same to a network. */
 #include "allocations.h"
-#include "near.h"
+#include "good.h"
 #include "random_numbers.h"
 
 #include "physics/chain/solve_members.h"
@@ -17,13 +17,6 @@ enum { INPUTS = 32, POINTS = 5, MEMBERS = 24 };
 
 #define PI    3.14159265358979323846
 #define THIRD 2.0943951023931953 /* of a turn */
-
-static void assert_good(ad_status status, const ad_error *error)
-{
-    if (status != AD_OK) {
-        fail_msg("%s", error->message);
-    }
-}
 
 /* ---- a family at work ------------------------------------------------------------------------ */
 

@@ -1,5 +1,5 @@
 /* Whoever is asked for the same shapes says the same, and all of it is in the table. */
-#include "near.h"
+#include "good.h"
 
 #include "tools/prepare/config_session.h"
 #include "tools/programs/samples.h"
@@ -16,13 +16,6 @@ static const char pushed[] = ROD "parameters: {push: {range: [0.5, 2]}}\n"
 static const char rollup[] = ROD "loads: {tip: {moment: [0, 1, 0]}}\n";
 
 enum { POINTS = 5, MEMBERS = 3, POSE = 7 };
-
-static void assert_good(ad_status status, const ad_error *error)
-{
-    if (status != AD_OK) {
-        fail_msg("%s", error->message);
-    }
-}
 
 static void ask(samples *p, const answer *a)
 {

@@ -1,6 +1,6 @@
 /* Lengths, places and insertion that differ from member to member: members of a family against the
  * scene with its numbers written in, and derivatives by them against differences. */
-#include "near.h"
+#include "good.h"
 #include "random_numbers.h"
 
 #include "physics/chain/solve_members.h"
@@ -97,13 +97,6 @@ static const char cut[] =
                  "  - {offset: [\"0.004*cos(20*(s+0.2-out))\", \"0.004*sin(20*(s+0.2-out))\"], "
                  "tension: pull}\n"
                  "  - {offset: [0, 0.004], end: \"out-0.04\", tension: pull}\n";
-
-static void assert_good(ad_status status, const ad_error *error)
-{
-    if (status != AD_OK) {
-        fail_msg("%s", error->message);
-    }
-}
 
 static config *read_text(const char *text, int count, const char *const *overrides)
 {

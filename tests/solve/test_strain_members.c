@@ -2,7 +2,7 @@
  * refused. */
 #include "allocations.h"
 #include "fewer.h"
-#include "near.h"
+#include "good.h"
 #include "random_numbers.h"
 
 #include "physics/solve/solve.h"
@@ -144,13 +144,6 @@ static const char *made;
 static void make(void **state)
 {
     made = *state ? *state : robot;
-}
-
-static void assert_good(ad_status status, const ad_error *error)
-{
-    if (status != AD_OK) {
-        fail_msg("%s", error->message);
-    }
 }
 
 /* As a file, as only files have members by name. */

@@ -2,6 +2,7 @@
  * solver, derivatives against differences, and what is refused. */
 #include "config_testing.h"
 #include "evaluate.h"
+#include "good.h"
 #include "random_numbers.h"
 
 #include "physics/chain/strain_level.h"
@@ -52,13 +53,6 @@ static const char plain[] =
     "boundary: {end: {type: loaded}}\n"
     "loads: {gravity: [0, 9.81*push, 0], tip: {force: [0.1, 0.1*push, -0.05]}}\n"
     "tendons: [{offset: [0.008, 0], tension: pull}, {offset: [-0.004, 0.0069], tension: push}]\n";
-
-static void assert_good(ad_status status, const ad_error *error)
-{
-    if (status != AD_OK) {
-        fail_msg("%s", error->message);
-    }
-}
 
 /* ---- on the tape --------------------------------------------------------------------------- */
 

@@ -1,6 +1,7 @@
 /* Unknowns from measurements by solving: whether the truth lies within the stated deviations as
  * often as it should, what the measurements do not tell, and what is refused. */
 #include "fewer.h"
+#include "good.h"
 #include "resume_testing.h"
 
 #include "nn/rng.h"
@@ -20,13 +21,6 @@ typedef struct made {
     quantities *names;
     scene open;
 } made;
-
-static void assert_good(ad_status status, const ad_error *error)
-{
-    if (status != AD_OK) {
-        fail_msg("%s", error->message);
-    }
-}
 
 static made make_scene(void)
 {

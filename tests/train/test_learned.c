@@ -1,7 +1,7 @@
 /* What physics leaves, learned: derivatives of the network against differences, its formula beside
  * the tape, the file; and a rod with a hidden moment that depends on its tension, which is found to
  * the noise on poses that were held out, with deviations that cover it. */
-#include "near.h"
+#include "open_scene.h"
 #include "temporary_folder.h"
 
 #include "nn/rng.h"
@@ -11,13 +11,6 @@
 
 #include <stdlib.h>
 #include <string.h>
-
-static void assert_good(ad_status status, const ad_error *error)
-{
-    if (status != AD_OK) {
-        fail_msg("%s", error->message);
-    }
-}
 
 /* ---- the network --------------------------------------------------------------------------- */
 
@@ -132,20 +125,10 @@ static void make_scene(rod *x)
                                                            {"modulus", 5e5, 2e6, SCENE_LINEAR},
                                                            {"m0", -0.03, 0.03, SCENE_LINEAR},
                                                            {"m1", -0.03, 0.03, SCENE_LINEAR}};
-    ad_error error;
+    static const double starts[PARAMETERS] = {[MODULUS] = 1.2e6};
     scene *to = &x->open;
     x->names = quantities_create();
-    scene_defaults(to);
-    for (int i = 0; i < PARAMETERS; i++) {
-        assert_good(quantities_coordinate(x->names, parameters[i].name, &error), &error);
-        to->parameters[i] = parameters[i];
-        to->guess[i] = i == MODULUS ? 1.2e6 : 0;
-    }
-    to->parameter_count = PARAMETERS;
-    to->unknown_count = UNKNOWNS;
-    to->names = x->names;
-    to->rod.model = SCENE_KIRCHHOFF;
-    to->rod.length = quantity_number(LENGTH);
+    open_scene(to, x->names, PARAMETERS, UNKNOWNS, parameters, starts, LENGTH);
     to->rod.section = SCENE_CIRCLE;
     to->rod.radius = quantity_number(0.008);
     to->rod.youngs_modulus = quantity_formula(x->names, "modulus");

@@ -1,7 +1,7 @@
 /* Unknowns from hundreds of poses of a robot that tendons pull by lengths: derivatives of residuals
  * against differences, pretension found again where tendons go slack, and the same bits for any
  * number of threads. */
-#include "near.h"
+#include "open_scene.h"
 
 #include "nn/rng.h"
 #include "physics/chain/solve_members.h"
@@ -24,13 +24,6 @@ typedef struct poses {
     solve_measured set;
 } poses;
 
-static void assert_good(ad_status status, const ad_error *error)
-{
-    if (status != AD_OK) {
-        fail_msg("%s", error->message);
-    }
-}
-
 static quantity formula(poses *x, const char *form, int i)
 {
     char text[80];
@@ -45,20 +38,9 @@ static void make_scene(poses *x)
         {"pull2", -0.01, 0.01, SCENE_LINEAR}, {"lever", 3e-3, 6e-3, SCENE_LINEAR},
         {"pretension", 0.2, 5, SCENE_LOG},    {"bending", 1e-3, 1e-2, SCENE_LOG}};
     static const double starts[PARAMETERS] = {0, 0, 0, 4e-3, 0.5, 4e-3};
-    ad_error error;
     scene *to = &x->open;
     x->names = quantities_create();
-    scene_defaults(to);
-    for (int i = 0; i < PARAMETERS; i++) {
-        assert_good(quantities_coordinate(x->names, parameters[i].name, &error), &error);
-        to->parameters[i] = parameters[i];
-        to->guess[i] = starts[i];
-    }
-    to->parameter_count = PARAMETERS;
-    to->unknown_count = UNKNOWNS;
-    to->names = x->names;
-    to->rod.model = SCENE_KIRCHHOFF;
-    to->rod.length = quantity_number(LENGTH);
+    open_scene(to, x->names, PARAMETERS, UNKNOWNS, parameters, starts, LENGTH);
     to->rod.bending_stiffness[0] = to->rod.bending_stiffness[1] =
         quantity_formula(x->names, "bending");
     to->rod.torsional_stiffness = quantity_number(2e-3);

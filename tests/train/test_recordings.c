@@ -1,7 +1,7 @@
 /* Motions under recorded inputs: derivatives of residuals against differences, also by where the
  * rod is held; what is a recording in a file, and what is not; the same bits for any number of
  * threads. */
-#include "near.h"
+#include "open_scene.h"
 
 #include "physics/solve/measured.h"
 #include "tools/train/recorded_inputs.h"
@@ -23,13 +23,6 @@ typedef struct recorded_arm {
     solve_measured set;
 } recorded_arm;
 
-static void assert_good(ad_status status, const ad_error *error)
-{
-    if (status != AD_OK) {
-        fail_msg("%s", error->message);
-    }
-}
-
 static void make_scene(recorded_arm *x)
 {
     static const scene_parameter parameters[PARAMETERS] = {{"pull", 0, 5, SCENE_LINEAR},
@@ -37,20 +30,9 @@ static void make_scene(recorded_arm *x)
                                                            {"damping", 1e-5, 1e-3, SCENE_LOG},
                                                            {"held", -0.1, 0.1, SCENE_LINEAR}};
     static const double starts[PARAMETERS] = {1, 4e-3, 1e-4, 0.01};
-    ad_error error;
     scene *to = &x->open;
     x->names = quantities_create();
-    scene_defaults(to);
-    for (int i = 0; i < PARAMETERS; i++) {
-        assert_good(quantities_coordinate(x->names, parameters[i].name, &error), &error);
-        to->parameters[i] = parameters[i];
-        to->guess[i] = starts[i];
-    }
-    to->parameter_count = PARAMETERS;
-    to->unknown_count = UNKNOWNS;
-    to->names = x->names;
-    to->rod.model = SCENE_KIRCHHOFF;
-    to->rod.length = quantity_number(LENGTH);
+    open_scene(to, x->names, PARAMETERS, UNKNOWNS, parameters, starts, LENGTH);
     to->duration = quantity_number(1);
     for (int k = 0; k < 2; k++) {
         to->rod.bending_stiffness[k] = quantity_formula(x->names, "stiffness");

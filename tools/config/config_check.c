@@ -2,6 +2,7 @@
  * stages. */
 #include "physics/scene/scene_memory.h"
 #include "tools/config/config_parts.h"
+#include "tools/train/measured_columns.h"
 
 #include <math.h>
 #include <string.h>
@@ -173,8 +174,8 @@ static bool is_in_columns(const config *experiment, const char *name)
     bool found = false;
     for (int i = 0; i < experiment->settings.data_count; i++) {
         const train_data *data = &experiment->settings.data[i];
-        found = found || (data->columns && strstr(data->columns, name)) ||
-                (data->where && strstr(data->where, name));
+        found = found || measured_columns_name(data->columns, name) ||
+                measured_columns_name(data->where, name);
     }
     return found;
 }

@@ -2,6 +2,7 @@
 #include "tools/config/config_equations.h"
 
 #include "tools/config/config_tree.h"
+#include "tools/files/file_bytes.h"
 #include "tools/files/table_file.h"
 
 #include <math.h>
@@ -329,8 +330,7 @@ static ad_status read_fit(reading *r, const config_entry *of)
 
 static void name_after(config_equations *into, const char *file)
 {
-    const char *slash = strrchr(file, '/'), *base = slash ? slash + 1 : file;
-    const char *dot = strrchr(base, '.');
+    const char *base = file_bytes_name(file), *dot = strrchr(base, '.');
     snprintf(into->name, sizeof into->name, "%.*s",
              dot && dot > base ? (int)(dot - base) : (int)strlen(base), base);
 }

@@ -18,8 +18,7 @@ const char *file_bytes_shown(const char *path)
     return length > SHOWN_LENGTH ? path + (length - SHOWN_LENGTH) : path;
 }
 
-/* Where the last component of `path` begins. */
-static const char *base_name(const char *path)
+const char *file_bytes_name(const char *path)
 {
     const char *slash = strrchr(path, '/');
     return slash ? slash + 1 : path;
@@ -42,8 +41,8 @@ ad_status file_bytes_check(const char *path, ad_error *error)
 
 char *file_bytes_older(const char *path, int index)
 {
-    const char *dot = strrchr(base_name(path), '.');
-    size_t stem = dot && dot > base_name(path) ? (size_t)(dot - path) : strlen(path);
+    const char *dot = strrchr(file_bytes_name(path), '.');
+    size_t stem = dot && dot > file_bytes_name(path) ? (size_t)(dot - path) : strlen(path);
     size_t size = strlen(path) + 16;
     char *older = malloc(size);
     if (older) {
@@ -283,7 +282,7 @@ static ad_status keep_older(const target *to, ad_error *error)
  * the file is complete either way. */
 static void synchronise_directory(char *scratch, const target *to)
 {
-    size_t length = (size_t)(base_name(to->name) - to->name);
+    size_t length = (size_t)(file_bytes_name(to->name) - to->name);
     memcpy(scratch, to->name, length);
     scratch[length] = 0;
     int directory =
@@ -347,7 +346,8 @@ ad_status file_bytes_put(const file_place *place, const void *bytes, size_t size
 {
     const bool within = place->folder > 0;
     const target to = {within ? place->folder : AT_FDCWD,
-                       within ? base_name(place->path) : place->path, place->path, place->older};
+                       within ? file_bytes_name(place->path) : place->path, place->path,
+                       place->older};
     if (place->older < 0) {
         return ad_fail(error, AD_BAD_ARGUMENT, "%s: %d older ones; at least 0 can be kept",
                        file_bytes_shown(place->path), place->older);

@@ -45,6 +45,9 @@ ad_status file_bytes_check(const char *path, ad_error *error);
  * The caller frees it; NULL when memory ran out. */
 char *file_bytes_older(const char *path, int index);
 
+/* What follows the last / of `path`; points into it. */
+const char *file_bytes_name(const char *path);
+
 /* The end of `path` that fits a one-line message; points into `path`. */
 const char *file_bytes_shown(const char *path);
 

@@ -1,5 +1,6 @@
 #include "tools/programs/control_replay.h"
 
+#include "tools/files/file_bytes.h"
 #include "tools/train/measurements.h"
 
 #include <math.h>
@@ -24,12 +25,6 @@ static const solve_inputs *find_recording(int sets, const solve_measured *all, i
     return NULL;
 }
 
-static const char *name_of(const char *path)
-{
-    const char *slash = strrchr(path, '/');
-    return slash ? slash + 1 : path;
-}
-
 static ad_status run_all(const config *of, const loop_setup *setup, const measurements *data,
                          double ahead, replays *x, ad_error *error)
 {
@@ -43,7 +38,7 @@ static ad_status run_all(const config *of, const loop_setup *setup, const measur
             break;
         }
         const char *file = of->settings.data[measurements_entry(data, set)].file;
-        snprintf(x->name[x->count], sizeof x->name[0], "%.79s", name_of(file));
+        snprintf(x->name[x->count], sizeof x->name[0], "%.79s", file_bytes_name(file));
         x->held_out[x->count] = set >= fitted;
         status = replay_run(setup, sets, all, inputs, ahead, &x->report[x->count], error);
         x->count += status == AD_OK;

@@ -8,7 +8,7 @@
 
 ad_status export_files_name(export_out *to, ad_error *error)
 {
-    const char *slash = strrchr(to->path, '/'), *base = slash ? slash + 1 : to->path;
+    const char *base = file_bytes_name(to->path);
     const char *ending = to->ending ? to->ending : export_endings[EXPORT_SOURCE];
     size_t count = strlen(base), end = strlen(ending);
     count -= count > end && strcmp(base + count - end, ending) == 0 ? end : 0;

@@ -21,21 +21,15 @@ typedef struct said {
 
 enum { SAID = sizeof(said) / sizeof(double) };
 
-static const char *base_name(const char *path)
-{
-    const char *slash = strrchr(path, '/');
-    return slash ? slash + 1 : path;
-}
-
 void ranks_name_file(FILE *to, const char *path)
 {
     unsigned char *bytes = NULL;
     size_t size = 0, all = 0;
     if (file_bytes_read(path, 0, &bytes, &size, &all, NULL) == AD_OK) {
-        fprintf(to, "%s (%zu bytes, hash %016" PRIx64 ")", base_name(path), size,
+        fprintf(to, "%s (%zu bytes, hash %016" PRIx64 ")", file_bytes_name(path), size,
                 checkpoint_hash(CHECKPOINT_HASH_START, bytes, size));
     } else {
-        fprintf(to, "%s (no file)", base_name(path));
+        fprintf(to, "%s (no file)", file_bytes_name(path));
     }
     free(bytes);
 }
@@ -142,7 +136,7 @@ static void name_operand(FILE *to, const char *argument)
  * rank's. */
 static void describe(FILE *to, int count, char **arguments)
 {
-    fprintf(to, "%s %s", count > 0 ? base_name(arguments[0]) : "", cli_version());
+    fprintf(to, "%s %s", count > 0 ? file_bytes_name(arguments[0]) : "", cli_version());
     for (int i = 1; i < count; i++) {
         const char *now = arguments[i];
         const bool written = strcmp(now, "--out") == 0 || strcmp(now, "--json") == 0;

@@ -1,5 +1,6 @@
 #include "tools/programs/residual_rest.h"
 
+#include "physics/numerics/sort.h"
 #include "tools/files/table_file.h"
 #include "tools/prepare/config_experiment.h"
 #include "tools/train/learned_rest.h"
@@ -168,12 +169,6 @@ static void print_table(const resting *x)
     }
 }
 
-static int compare(const void *a, const void *b)
-{
-    const double left = *(const double *)a, right = *(const double *)b;
-    return (left > right) - (left < right);
-}
-
 /* ---- leaving out --------------------------------------------------------------------------- */
 
 static ad_status leave_out(const resting *x, ad_error *error)
@@ -193,9 +188,9 @@ static ad_status leave_out(const resting *x, ad_error *error)
             one[i] = distance[i * LEARNED_KINDS + kind];
             sum += one[i] / count;
         }
-        qsort(one, (size_t)count, sizeof *one, compare);
+        const double median = sort_median((size_t)count, one);
         printf("%d poses left out, %d choices, %-13s  mean %.3e, median %.3e, largest %.3e\n",
-               asked->left_out, count, names[kind], sum, one[count / 2], one[count - 1]);
+               asked->left_out, count, names[kind], sum, median, one[count - 1]);
     }
     free(distance);
     free(one);

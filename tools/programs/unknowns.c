@@ -1,5 +1,6 @@
 #include "tools/programs/unknowns.h"
 
+#include "tools/files/file_bytes.h"
 #include "tools/prepare/config_experiment.h"
 #include "tools/train/clock.h"
 
@@ -125,14 +126,13 @@ static void print_fit(const unknowns *unknowns)
     for (int i = 0; i < fit->count; i++) {
         const judged_set *set = &fit->set[i];
         const train_data *data = &unknowns->settings->settings.data[set->entry];
-        const char *slash = strrchr(data->file, '/');
         if (i == 0) {
             printf("  %-24s %6s %10s %10s %10s %10s %12s\n", "measured less computed", "rows",
                    "rms", "mean", "median", "worst", "chi squared");
         }
         printf("  %-24.24s %6zu %10.4g %10.4g %10.4g %10.4g %12.4g%s\n",
-               slash ? slash + 1 : data->file, set->rows, set->rms, set->mean, set->median,
-               set->worst, set->chi_squared, set->held_out ? "  held out" : "");
+               file_bytes_name(data->file), set->rows, set->rms, set->mean, set->median, set->worst,
+               set->chi_squared, set->held_out ? "  held out" : "");
     }
 }
 

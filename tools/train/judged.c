@@ -1,6 +1,7 @@
 #include "tools/train/judged.h"
 
 #include "physics/numerics/sort.h"
+#include "tools/files/file_bytes.h"
 #include "tools/files/table_file.h"
 
 #include <math.h>
@@ -8,45 +9,35 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* How many residuals a row has. */
-static int count_of(const solve_measured *set, size_t row)
+static size_t most_of(const scene *open, const solve_measured *set)
 {
-    int count = set->columns == 4 ? -1 : 0; /* a quaternion has three */
-    for (int c = 0; c < set->columns; c++) {
-        count += !isnan(set->values[(size_t)c * set->rows + row]);
-    }
-    return count;
-}
-
-static int most_of(const solve_measured *set)
-{
-    int most = 1;
+    size_t most = 1;
     for (size_t row = 0; row < set->rows; row++) {
-        const int count = count_of(set, row);
+        const size_t count = solve_measured_residuals(open, set, row);
         most = count > most ? count : most;
     }
     return most;
 }
 
-static double square_of(int count, const double *residuals)
+static double square_of(size_t count, const double *residuals)
 {
     double sum = 0;
-    for (int i = 0; i < count; i++) {
+    for (size_t i = 0; i < count; i++) {
         sum += residuals[i] * residuals[i];
     }
     return sum;
 }
 
 /* Returns how many residuals the set has. */
-static size_t judge_set(const solve_measured *set, const double *residuals, double *distances,
-                        judged_set *result)
+static size_t judge_set(const scene *open, const solve_measured *set, const double *residuals,
+                        double *distances, judged_set *result)
 {
-    const int all = most_of(set);
+    const size_t all = most_of(open, set);
     double squares = 0;
     for (size_t row = 0; row < set->rows; row++) {
-        const int count = count_of(set, row);
+        const size_t count = solve_measured_residuals(open, set, row);
         const double square = square_of(count, residuals + result->numbers);
-        result->numbers += (size_t)count;
+        result->numbers += count;
         result->chi_squared += square;
         if (count == all) {
             const double distance = set->noise[0] * sqrt(square);
@@ -104,7 +95,7 @@ ad_status measured_judge(const scene *open, const measurements *data, const doub
     for (int i = 0; status == AD_OK && i < count; i++) {
         judged_set *to = &result->set[result->count++];
         *to = (judged_set){.entry = measurements_entry(data, i), .held_out = i >= fitted};
-        at += judge_set(&sets[i], residuals + at, residuals + numbers, to);
+        at += judge_set(open, &sets[i], residuals + at, residuals + numbers, to);
     }
     free(residuals);
     return status;
@@ -126,7 +117,7 @@ static void take_set(row_table *to, const solve_measured *set, const char *file,
 {
     const size_t parameters = (size_t)to->open->parameter_count;
     for (size_t row = 0; row < set->rows; row++, to->row++) {
-        const int count = count_of(set, row);
+        const size_t count = solve_measured_residuals(to->open, set, row);
         const double *r = *residuals;
         to->s[to->row] = set->s[row];
         to->t[to->row] = set->t[row];
@@ -213,8 +204,7 @@ ad_status measured_write(const scene *open, const measurements *data,
         const double *at = residuals;
         for (int i = 0; i < count; i++) {
             const char *file = settings->data[measurements_entry(data, i)].file;
-            const char *slash = strrchr(file, '/');
-            take_set(&to, &sets[i], slash ? slash + 1 : file, i >= fitted, &at);
+            take_set(&to, &sets[i], file_bytes_name(file), i >= fitted, &at);
         }
         status = write_rows(&to, path, error);
     }

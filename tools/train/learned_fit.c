@@ -122,6 +122,15 @@ static ad_status spread(learned_fit *fit, const double *numbers, bool derive)
     return status;
 }
 
+/* Around what was evaluated last, with derivatives. */
+static void be_linear_around(learned_fit *fit)
+{
+    const size_t n = fit->of.numbers;
+    memcpy(fit->base[0], fit->values, fit->of.experiments * fit->width * sizeof *fit->values);
+    memcpy(fit->base[1], fit->r, n * sizeof *fit->r);
+    memcpy(fit->base[2], fit->by, fit->width * n * sizeof *fit->by);
+}
+
 /* Residuals where the problem is linear. */
 static void advance(learned_fit *fit)
 {
@@ -503,9 +512,7 @@ static ad_status look_at_start(learned_fit *fit, ad_error *error)
         }
         fit->net->size[o] = change > 0 ? sqrt(square / change) : 1;
     }
-    memcpy(fit->base[0], fit->values, fit->of.experiments * fit->width * sizeof *fit->values);
-    memcpy(fit->base[1], fit->r, n * sizeof *fit->r);
-    memcpy(fit->base[2], fit->by, fit->width * n * sizeof *fit->by);
+    be_linear_around(fit);
     return AD_OK;
 }
 
@@ -563,9 +570,7 @@ static ad_status look(learned_fit *fit, ad_error *error)
         status = ad_fail(error, fit->error.status, "%s", fit->error.message);
     }
     least_squares_clear(&fit->ls);
-    memcpy(fit->base[0], fit->values, fit->of.experiments * fit->width * sizeof *fit->values);
-    memcpy(fit->base[1], fit->r, fit->of.numbers * sizeof *fit->r);
-    memcpy(fit->base[2], fit->by, fit->width * fit->of.numbers * sizeof *fit->by);
+    be_linear_around(fit);
     return status;
 }
 

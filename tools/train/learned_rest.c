@@ -8,8 +8,6 @@
 #include <string.h>
 
 enum { MAX = SCENE_PARAMETERS_MAX };
-/* Parts of ranges stay so far from their ends where a search begins. */
-static const double EDGE = 1e-2;
 
 struct learned_rest {
     const scene *open;
@@ -17,13 +15,14 @@ struct learned_rest {
     solve_trials *trials;
     int common, known;
     size_t experiments, fitted_experiments, numbers;
+    size_t *fitted;     /* [fitted_experiments] of which something is fitted */
     size_t *of, *row;   /* [numbers] experiment, row of all sets */
     double *noise;      /* [numbers] of each, in its unit */
     double *x;          /* [inputs][experiments] */
     double *values;     /* [experiments][unknowns] */
     double *all, *room; /* [unknowns][numbers], [2 unknowns][numbers] */
     bool *used;         /* [numbers] */
-    double from[MAX];   /* where common numbers begin, log(z/(1 - z)) of the part z of a range */
+    double from[MAX];   /* where common numbers begin, as of scene_unknown_value */
     learned_net net, direct;
     size_t places;     /* that a network alone says */
     size_t *place;     /* [numbers] which */
@@ -38,6 +37,7 @@ void learned_rest_free(learned_rest *rest)
     if (rest) {
         solve_trials_free(rest->trials);
         learned_fit_free(rest->last);
+        free(rest->fitted);
         free(rest->of);
         free(rest->row);
         free(rest->noise);
@@ -80,11 +80,6 @@ double *learned_rest_covariance(const learned_rest *rest)
 
 /* ---- through the solver -------------------------------------------------------------------- */
 
-static double part_of(double y)
-{
-    return 1 / (1 + exp(-y));
-}
-
 static const scene_parameter *unknown_of(const learned_rest *rest, int i)
 {
     return &rest->open->parameters[rest->known + i];
@@ -94,7 +89,8 @@ static const scene_parameter *unknown_of(const learned_rest *rest, int i)
 static double common_value(const learned_rest *rest, int i, double number, double *slope)
 {
     const scene_parameter *p = unknown_of(rest, i);
-    const double z = part_of(rest->from[i] + number), value = scene_parameter_at(p, z);
+    const double value = scene_unknown_value(p, rest->asked.common[i], rest->from[i] + number);
+    const double z = scene_parameter_fraction(p, value);
     *slope = scene_parameter_slope(p, value) * z * (1 - z);
     return value;
 }
@@ -265,16 +261,17 @@ static void take_inputs(learned_rest *rest, const double *parameters)
     }
 }
 
-static void count_experiments(learned_rest *rest)
+/* Experiments are marked, and then listed. */
+static void list_fitted(learned_rest *rest)
 {
-    size_t *last = calloc(rest->experiments + 1, sizeof *last);
-    for (size_t k = 0; last && k < rest->numbers; k++) {
-        if (rest->used[k] && !last[rest->of[k]]) {
-            last[rest->of[k]] = 1;
-            rest->fitted_experiments++;
+    for (size_t k = 0; k < rest->numbers; k++) {
+        rest->fitted[rest->of[k]] |= rest->used[k];
+    }
+    for (size_t e = 0; e < rest->experiments; e++) {
+        if (rest->fitted[e]) {
+            rest->fitted[rest->fitted_experiments++] = e;
         }
     }
-    free(last);
 }
 
 /* ---- making -------------------------------------------------------------------------------- */
@@ -283,6 +280,7 @@ static ad_status allocate(learned_rest *rest, ad_error *error)
 {
     const size_t n = rest->numbers, points = rest->experiments;
     const size_t unknowns = (size_t)rest->open->unknown_count;
+    rest->fitted = calloc(points + 1, sizeof *rest->fitted);
     rest->of = calloc(n + 1, sizeof *rest->of);
     rest->row = calloc(n + 1, sizeof *rest->row);
     rest->noise = calloc(n + 1, sizeof *rest->noise);
@@ -294,8 +292,9 @@ static ad_status allocate(learned_rest *rest, ad_error *error)
     rest->place = calloc(n + 1, sizeof *rest->place);
     rest->level = calloc((size_t)2 * LEARNED_OUTPUTS_MAX, sizeof *rest->level);
     rest->measured = calloc(n + 1, sizeof *rest->measured);
-    return rest->of && rest->row && rest->noise && rest->x && rest->values && rest->all &&
-                   rest->room && rest->used && rest->place && rest->level && rest->measured
+    return rest->fitted && rest->of && rest->row && rest->noise && rest->x && rest->values &&
+                   rest->all && rest->room && rest->used && rest->place && rest->level &&
+                   rest->measured
                ? AD_OK
                : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu measured numbers", n);
 }
@@ -309,11 +308,6 @@ static void shape_nets(learned_rest *rest)
     memcpy(rest->net.hidden, asked->hidden, (size_t)asked->hidden_count * sizeof *asked->hidden);
     rest->direct = rest->net;
     rest->direct.outputs = (int)rest->places;
-    for (int i = 0; i < rest->common; i++) {
-        const double z = scene_parameter_fraction(unknown_of(rest, i), asked->common[i]);
-        const double within = fmin(1 - EDGE, fmax(EDGE, z));
-        rest->from[i] = log(within / (1 - within));
-    }
 }
 
 ad_status learned_rest_create(const scene *open, const learned_asked *asked, learned_rest **result,
@@ -345,7 +339,7 @@ ad_status learned_rest_create(const scene *open, const learned_asked *asked, lea
         take_numbers(rest);
         take_inputs(rest, parameters);
         shape_nets(rest);
-        count_experiments(rest);
+        list_fitted(rest);
     }
     free(parameters);
     if (status != AD_OK) {
@@ -406,8 +400,10 @@ static void take_levels(learned_rest *rest, const bool *used)
     }
 }
 
-static ad_status make_fit(learned_rest *rest, learned_kind kind, const bool *used,
-                          const learned_settings *settings, learned_fit **fit, ad_error *error)
+/* Physics alone, of which what is learned then begins where it ends; or a network, or both. */
+static ad_status run_fit(learned_rest *rest, learned_kind kind, const bool *used,
+                         const learned_settings *settings, learned_fit **fit, bool *over,
+                         ad_error *error)
 {
     const learned_problem problem = {.experiments = rest->experiments,
                                      .numbers = rest->numbers,
@@ -425,21 +421,18 @@ static ad_status make_fit(learned_rest *rest, learned_kind kind, const bool *use
         take_levels(rest, used);
     }
     learned_net *nets[] = {NULL, &rest->direct, &rest->net};
-    return learned_fit_create(&problem, nets[kind], used, settings, fit, error);
+    ad_status status = learned_fit_create(&problem, nets[kind], used, settings, fit, error);
+    status = status == AD_OK ? learned_fit_run(*fit, over, error) : status;
+    for (int i = 0; status == AD_OK && kind == LEARNED_PHYSICS && i < rest->common; i++) {
+        rest->from[i] += learned_fit_numbers(*fit)[i];
+    }
+    return status;
 }
 
 /* A network alone is made of places that experiments share; physics alone of other unknowns. */
 static bool is_made(const learned_rest *rest, learned_kind kind)
 {
     return kind != LEARNED_NETWORK || is_plain(rest);
-}
-
-/* What is learned begins where physics alone ends. */
-static void begin_there(learned_rest *rest, const learned_fit *physics)
-{
-    for (int i = 0; i < rest->common; i++) {
-        rest->from[i] += learned_fit_numbers(physics)[i];
-    }
 }
 
 ad_status learned_rest_run(learned_rest *rest, learned_kind kind, learned_result *result,
@@ -454,16 +447,12 @@ ad_status learned_rest_run(learned_rest *rest, learned_kind kind, learned_result
         return AD_OK;
     }
     settings.runner = kind == LEARNED_BOTH ? settings.runner : NULL;
-    ad_status status = make_fit(rest, kind, rest->used, &settings, &fit, error);
-    status = status == AD_OK ? learned_fit_run(fit, over, error) : status;
+    const ad_status status = run_fit(rest, kind, rest->used, &settings, &fit, over, error);
     if (status == AD_OK && *over) {
         result->trained = score(rest, fit, rest->used, true);
         result->held_out = score(rest, fit, rest->used, false);
         result->report = learned_fit_report(fit);
         result->seconds = train_seconds() - start;
-    }
-    if (status == AD_OK && kind == LEARNED_PHYSICS) {
-        begin_there(rest, fit);
     }
     if (status == AD_OK && *over && kind == LEARNED_BOTH) {
         double slope;
@@ -509,10 +498,10 @@ static void draw_choice(nn_rng *rng, int count, size_t n, size_t *choice)
     }
 }
 
-static ad_status leave_out(learned_rest *rest, const size_t *fitted, int count,
-                           const size_t *choice, double distance[LEARNED_KINDS], ad_error *error)
+static ad_status leave_out(learned_rest *rest, int count, const size_t *choice,
+                           double distance[LEARNED_KINDS], ad_error *error)
 {
-    bool *used = malloc((rest->numbers + 1) * sizeof *used);
+    bool *used = malloc(2 * (rest->numbers + 1) * sizeof *used), *left = used + rest->numbers;
     learned_settings settings = rest->asked.fit;
     double from[MAX];
     memcpy(from, rest->from, sizeof from);
@@ -523,8 +512,9 @@ static ad_status leave_out(learned_rest *rest, const size_t *fitted, int count,
     for (size_t k = 0; status == AD_OK && k < rest->numbers; k++) {
         used[k] = rest->used[k];
         for (int i = 0; i < count; i++) {
-            used[k] = used[k] && rest->of[k] != fitted[choice[i]];
+            used[k] = used[k] && rest->of[k] != rest->fitted[choice[i]];
         }
+        left[k] = rest->used[k] && !used[k]; /* and not what nobody was to fit */
     }
     for (int kind = 0; kind < LEARNED_KINDS && status == AD_OK; kind++) {
         learned_fit *fit = NULL;
@@ -533,19 +523,9 @@ static ad_status leave_out(learned_rest *rest, const size_t *fitted, int count,
         if (!is_made(rest, (learned_kind)kind)) {
             continue;
         }
-        status = make_fit(rest, (learned_kind)kind, used, &settings, &fit, error);
-        status = status == AD_OK ? learned_fit_run(fit, &over, error) : status;
-        if (status == AD_OK && kind == LEARNED_PHYSICS) {
-            begin_there(rest, fit);
-        }
-        if (status == AD_OK) { /* what is left out counts, and not what nobody was to fit */
-            for (size_t k = 0; k < rest->numbers; k++) {
-                used[k] = rest->used[k] && !used[k];
-            }
-            distance[kind] = score(rest, fit, used, true).mean;
-            for (size_t k = 0; k < rest->numbers; k++) {
-                used[k] = rest->used[k] && !used[k];
-            }
+        status = run_fit(rest, (learned_kind)kind, used, &settings, &fit, &over, error);
+        if (status == AD_OK) {
+            distance[kind] = score(rest, fit, left, true).mean;
         }
         learned_fit_free(fit);
     }
@@ -558,42 +538,32 @@ ad_status learned_rest_leave_out(learned_rest *rest, int count, int most, double
                                  int *choices, ad_error *error)
 {
     enum { COUNT_MAX = 64 };
-    size_t *fitted = calloc(rest->experiments + 1, sizeof *fitted), choice[COUNT_MAX], n = 0;
+    const size_t n = rest->fitted_experiments;
+    size_t choice[COUNT_MAX];
     nn_rng rng = nn_rng_split(rest->asked.fit.seed, "left out");
     double all = 1;
     *choices = 0;
     *distance = NULL;
-    for (size_t e = 0; fitted && e < rest->experiments; e++) {
-        bool any = false;
-        for (size_t k = 0; k < rest->numbers && !any; k++) {
-            any = rest->of[k] == e && rest->used[k];
-        }
-        fitted[n] = e;
-        n += any;
+    if (count >= COUNT_MAX || n < (size_t)count + 2) {
+        return ad_fail(error, AD_BAD_INPUT, "%zu experiments are fitted; allowed: 1 to %d left out",
+                       n, n > 3 ? (int)fmin((double)n - 2, COUNT_MAX - 1) : 1);
     }
     for (int i = 0; i < count; i++) {
         all *= (double)(n - (size_t)i) / (i + 1);
-        choice[i < COUNT_MAX ? i : 0] = (size_t)i;
-    }
-    if (count >= COUNT_MAX || n < (size_t)count + 2) {
-        free(fitted);
-        return ad_fail(error, AD_BAD_INPUT, "%zu experiments are fitted; allowed: 1 to %d left out",
-                       n, n > 3 ? (int)fmin((double)n - 2, COUNT_MAX - 1) : 1);
+        choice[i] = (size_t)i;
     }
     const bool each = all <= most;
     const int total = each ? (int)lround(all) : most;
     *distance = malloc((size_t)total * LEARNED_KINDS * sizeof **distance);
-    ad_status status = fitted && *distance
-                           ? AD_OK
-                           : ad_fail(error, AD_NO_MEMORY, "out of memory for what is left out");
+    ad_status status =
+        *distance ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for what is left out");
     for (int i = 0; i < total && status == AD_OK; i++) {
         if (!each) {
             draw_choice(&rng, count, n, choice);
         }
-        status = leave_out(rest, fitted, count, choice, *distance + i * LEARNED_KINDS, error);
+        status = leave_out(rest, count, choice, *distance + i * LEARNED_KINDS, error);
         *choices = i + 1;
         next_choice(count, n, choice);
     }
-    free(fitted);
     return status;
 }

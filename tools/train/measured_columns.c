@@ -180,21 +180,42 @@ static bool is_letter(char c)
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
 }
 
-/* All columns of the file that a formula names. */
-static ad_status use_all(measured_columns *x, const char *formula, ad_error *error)
+/* The next name from *at on that is no function's, behind which *at is then; false: there is none.
+ */
+static bool next_name(const char **at, char name[NAME])
 {
     static const char letters[] =
         "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_0123456789.";
-    ad_status status = AD_OK;
-    for (const char *at = formula; *at && status == AD_OK;) {
-        char name[NAME];
-        const size_t length = strspn(at, letters);
-        if (is_letter(*at) && length < sizeof name) {
-            snprintf(name, sizeof name, "%.*s", (int)length, at);
-            status = at[length] == '(' ? AD_OK : use(x, name, error);
-            status = status == AD_OK && at[length] != '(' ? check_known(x, name, error) : status;
+    while (**at) {
+        const char *from = *at;
+        const size_t length = strspn(from, letters);
+        *at += length > 0 ? length : 1;
+        if (is_letter(*from) && length < NAME && from[length] != '(') {
+            snprintf(name, NAME, "%.*s", (int)length, from);
+            return true;
         }
-        at += length > 0 ? length : 1;
+    }
+    return false;
+}
+
+bool measured_columns_name(const char *formulas, const char *name)
+{
+    char found[NAME];
+    bool has = false;
+    while (formulas && !has && next_name(&formulas, found)) {
+        has = strcmp(found, name) == 0;
+    }
+    return has;
+}
+
+/* All columns of the file that a formula names. */
+static ad_status use_all(measured_columns *x, const char *formula, ad_error *error)
+{
+    char name[NAME];
+    ad_status status = AD_OK;
+    while (status == AD_OK && next_name(&formula, name)) {
+        status = use(x, name, error);
+        status = status == AD_OK ? check_known(x, name, error) : status;
     }
     return status;
 }
@@ -258,7 +279,5 @@ ad_status measured_columns_find(measured_columns *x, const char *name, const dou
     line += strlen(name) + 1;
     snprintf(formula, sizeof formula, "%.*s", (int)strcspn(line, "\n"), line);
     const ad_status status = measured_columns_compute(x, formula, values, &reason);
-    return status == AD_OK || status == AD_NO_MEMORY
-               ? (status == AD_OK ? AD_OK : ad_fail(error, status, "%s", reason.message))
-               : ad_fail(error, status, "%s: %s", name, reason.message);
+    return status == AD_OK ? AD_OK : ad_fail(error, status, "%s: %s", name, reason.message);
 }

@@ -30,6 +30,9 @@ ad_status measured_columns_find(measured_columns *columns, const char *name, con
 ad_status measured_columns_compute(measured_columns *columns, const char *formula,
                                    const double **values, ad_error *error);
 
+/* Whether formulas, or lines of them, have the name; NULL: there are none. */
+bool measured_columns_name(const char *formulas, const char *name);
+
 /* A name of the lines that is none of `known` [count]; NULL: there is none, else valid until the
  * next call. */
 const char *measured_columns_stray(measured_columns *columns, int count, const char *const *known);

@@ -141,10 +141,9 @@ static ad_status need(const reading *r, const char *name, const char *what, cons
     if (is_formula) {
         snprintf(strrchr(r->key, '.'), 9, ".columns");
     }
-    return status == AD_OK
-               ? ad_fail(error, AD_BAD_INPUT, "%s: column '%s' is missing; %s", r->data->file, name,
-                         what)
-               : ad_fail(error, status, is_formula ? "%.0s%s" : "%.0s%s", "", reason.message);
+    return status == AD_OK ? ad_fail(error, AD_BAD_INPUT, "%s: column '%s' is missing; %s",
+                                     r->data->file, name, what)
+                           : ad_fail(error, status, "%s", reason.message);
 }
 
 /* Names that say what nothing asks for. */

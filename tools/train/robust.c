@@ -30,16 +30,6 @@ typedef struct fit_robust {
     sums sums;
 } fit_robust;
 
-/* How many residuals a row has. */
-static int count_of(const solve_measured *set, size_t row)
-{
-    int count = set->columns == 4 ? -1 : 0; /* a quaternion has three */
-    for (int c = 0; c < set->columns; c++) {
-        count += !isnan(set->values[(size_t)c * set->rows + row]);
-    }
-    return count;
-}
-
 /* Weights of a set whose residuals begin there; returns how many these are. */
 static size_t weigh_set(fit_robust *x, int index)
 {
@@ -55,23 +45,23 @@ static size_t weigh_set(fit_robust *x, int index)
         }
         used = 0;
         for (size_t row = 0; row < set->rows; row++) {
-            const int count = count_of(set, row);
+            const size_t count = solve_measured_residuals(x->open, set, row);
             double square = 0;
-            for (int i = 0; i < count; i++) {
-                square += r[used + (size_t)i] * r[used + (size_t)i];
+            for (size_t i = 0; i < count; i++) {
+                square += r[used + i] * r[used + i];
             }
-            used += (size_t)count;
+            used += count;
             if (pass == 0) {
                 x->distances[row] = sqrt(square) / MEDIAN[count];
                 continue;
             }
             const double far = square / (scale * scale), w = 1 / (1 + far);
             weight[row] = w;
-            x->sums.numbers += count;
-            x->sums.weights += count * w;
+            x->sums.numbers += (double)count;
+            x->sums.weights += (double)count * w;
             x->sums.squares += w * square;
             x->sums.influence += w * w * square;
-            x->sums.slope += count * w - 2 * far * w * w;
+            x->sums.slope += (double)count * w - 2 * far * w * w;
         }
     }
     return used;
