@@ -11,7 +11,7 @@ scene=(--set 'network.hidden=[8, 8]' --set losses.interior.points=48
     --set losses.interior.resample_every=700 --set enforcement.initial=soft
     --set losses.causal.slices=3 --set losses.causal.update_every=150
     --set "training.stages=[{optimizer: adam, steps: $steps}, {optimizer: lbfgs, steps: $steps}]")
-often=(--set checkpoint.every=97 --set output.every=10 --set output.tensorboard=true)
+often=(--set checkpoint.every=97 --set output.every=10)
 
 train=(cpinn-train "$dynamic" "${scene[@]}" "${often[@]}" --threads 1)
 
@@ -45,9 +45,6 @@ check_whole() {
     check_history "$1/history.csv"
     without_seconds "$1/history.csv" >"$1.history"
     same "$1.history" whole.history
-    check each row is once among the events of "$1" -- test \
-        "$(cat "$1"/events.out.tfevents.*.cpinn | grep -ao learning_rate | wc -l)" \
-        -eq "$(($(wc -l <"$1/history.csv") - 1))"
 }
 
 run 3 "${train[@]}" --out whole # so short a training has not converged

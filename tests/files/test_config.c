@@ -533,7 +533,9 @@ static void test_null_sections(void **state)
 static void test_gone_section(void **state)
 {
     (void)state;
-    config *old = read_text(BASE "losses: {self_adaptive: {rate: 0}, balance_every: 7}\n", 0, NULL);
+    config *old = read_text(BASE "losses: {self_adaptive: {rate: 0}, balance_every: 7}\n"
+                                 "output: {every: 10, tensorboard: false}\n",
+                            0, NULL);
     assert_int_equal(old->settings.losses.balance_every, 7);
     config_free(old);
 }

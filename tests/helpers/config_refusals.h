@@ -322,8 +322,6 @@ static const refusal refusals[] = {
     {BASE "output: {every: 0}\n", NULL,
      "scene.yaml:4:17: output.every: is 0, which is out of range; allowed: a whole number 1 to "
      "1000000000, in steps"},
-    {BASE "output: {tensorboard: yes}\n", NULL,
-     "scene.yaml:4:23: output.tensorboard: is yes; allowed: one of false, true"},
     {BASE "formulation: weak\n", NULL,
      "scene.yaml:4:14: formulation: is weak; allowed: one of mixed, displacement, strain, "
      "pose_strain"},

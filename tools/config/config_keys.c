@@ -454,7 +454,6 @@ const config_key config_keys[] = {
     {"checkpoint.seconds", CONFIG_NUMBER, AT(settings.checkpoint_seconds), .unit = "s", POSITIVE},
     {"checkpoint.keep", CONFIG_INTEGER, AT(settings.checkpoint_keep), BETWEEN(1, 1000)},
     {"output.every", CONFIG_INTEGER, AT(settings.output_every), .unit = "steps", BETWEEN(1, 1e9)},
-    {"output.tensorboard", CONFIG_CHOICE, AT(settings.output_tensorboard), .names = truth_names},
     {"reference.analytic", CONFIG_CHOICE, AT(settings.reference), .names = train_reference_names},
     {"reference.solve", CONFIG_NUMBER, AT(settings.reference_tolerance), BETWEEN(1e-13, 0.1),
      .flags = CONFIG_BY_NAME},

@@ -86,9 +86,13 @@ static ad_status unknown_key(config_reader *reader, const yaml_node_t *node, con
     return blame_at(reader, node, path, text);
 }
 
-/* A section that is gone, as checkpoints of 0.2.0 have it where it was not asked for. */
+/* What is gone, as checkpoints of 0.2.0 have it: a section that was not asked for, and a key that
+ * only said what else a run wrote. */
 static bool is_gone(const config_reader *reader, const char *path, const yaml_node_t *value)
 {
+    if (strcmp(path, "output.tensorboard") == 0) {
+        return true;
+    }
     bool gone = strcmp(path, "losses.self_adaptive") == 0 && value->type == YAML_MAPPING_NODE;
     const yaml_node_pair_t *pair = gone ? value->data.mapping.pairs.start : NULL;
     for (; gone && pair < value->data.mapping.pairs.top; pair++) {

@@ -1,7 +1,6 @@
 #include "tools/train/run.h"
 
 #include "tools/files/file_bytes.h"
-#include "tools/train/run_events.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -45,9 +44,7 @@ ad_status run_open_checkpoint(const char *path, char found[4096], checkpoint **f
 
 ad_status run_check_new(const run_folder *run, ad_error *error)
 {
-    char events[4200];
-    run_events_path(run->path, 0, events, sizeof events);
-    const char *const files[] = {run->checkpoint, run->history, run->config, events};
+    const char *const files[] = {run->checkpoint, run->history, run->config};
     for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
         if (access(files[i], F_OK) == 0) {
             return ad_fail(error, AD_BAD_INPUT,
@@ -165,8 +162,7 @@ static ad_status write_history(const run_folder *run, const history *h, ad_error
     return status;
 }
 
-ad_status run_begin(run_folder *run, const char *config, const history *h, bool tensorboard,
-                    ad_error *error)
+ad_status run_begin(run_folder *run, const char *config, const history *h, ad_error *error)
 {
     ad_status status = file_bytes_write(run->config, config, strlen(config), error);
     if (status == AD_OK) {
@@ -180,8 +176,7 @@ ad_status run_begin(run_folder *run, const char *config, const history *h, bool 
                            strerror(errno));
         }
     }
-    return status == AD_OK && tensorboard ? run_events_begin(run->path, h, &run->events, error)
-                                          : status;
+    return status;
 }
 
 ad_status run_append(run_folder *run, const history *h, ad_error *error)
@@ -189,18 +184,13 @@ ad_status run_append(run_folder *run, const history *h, ad_error *error)
     if (run->rows_written == h->count) {
         return AD_OK;
     }
-    ad_status status = AD_OK;
-    while (run->rows_written < h->count && status == AD_OK) {
+    while (run->rows_written < h->count) {
         history_print(h, (long)run->rows_written, run->rows);
-        if (run->events) {
-            status = run_events_append(run->events, h, run->rows_written, error);
-        }
         run->rows_written++;
     }
-    if (fflush(run->rows) != 0 || ferror(run->rows)) {
-        return ad_fail(error, AD_NOT_WRITTEN, "%s: %s", run->history, strerror(errno));
-    }
-    return status;
+    return fflush(run->rows) == 0 && !ferror(run->rows)
+               ? AD_OK
+               : ad_fail(error, AD_NOT_WRITTEN, "%s: %s", run->history, strerror(errno));
 }
 
 void run_end(run_folder *run)
@@ -215,9 +205,5 @@ void run_end(run_folder *run)
     if (run->rows) {
         fclose(run->rows);
         run->rows = NULL;
-    }
-    if (run->events) {
-        fclose(run->events);
-        run->events = NULL;
     }
 }

@@ -1,5 +1,4 @@
-/* The folder of a run: checkpoint.h5, history.csv, config.yaml, event files of TensorBoard where
- * they are wanted, and lock, an empty file. */
+/* The folder of a run: checkpoint.h5, history.csv, config.yaml and lock, an empty file. */
 #ifndef TOOLS_TRAIN_RUN_H
 #define TOOLS_TRAIN_RUN_H
 
@@ -13,7 +12,6 @@ typedef struct run_folder {
     int held, lock;      /* descriptors of the folder and of its file lock; 0: none */
     FILE *rows;          /* history.csv, open for appending */
     size_t rows_written; /* rows of the history already there */
-    FILE *events;        /* the same for TensorBoard; NULL: not wanted */
 } run_folder;
 
 /* Names only; nothing is touched. AD_BAD_INPUT: the path is too long. */
@@ -45,12 +43,10 @@ bool run_cache_folder(char *path, size_t room, bool make);
 ad_status run_make_folder(const char *path, ad_error *error);
 
 /* Write config.yaml, `config`, start history.csv from the rows so far. A new run saves its first
- * checkpoint before, so that whatever a killed process leaves can be resumed. `tensorboard`: event
- * files beside it (tools/train/run_events.h). */
-ad_status run_begin(run_folder *run, const char *config, const history *h, bool tensorboard,
-                    ad_error *error);
+ * checkpoint before, so that whatever a killed process leaves can be resumed. */
+ad_status run_begin(run_folder *run, const char *config, const history *h, ad_error *error);
 
-/* Append the rows that history.csv does not have yet, and to the events. */
+/* Append the rows that history.csv does not have yet. */
 ad_status run_append(run_folder *run, const history *h, ad_error *error);
 
 void run_end(run_folder *run);

@@ -140,9 +140,8 @@ static ad_status begin_files(session *s, ad_error *error)
 {
     char *text = train_origin_text(s->fit->origin);
     ad_status status =
-        text
-            ? run_begin(s->folder, text, &s->fit->rows, s->fit->settings->output_tensorboard, error)
-            : ad_fail(error, AD_NO_MEMORY, "out of memory for %s", s->folder->config);
+        text ? run_begin(s->folder, text, &s->fit->rows, error)
+             : ad_fail(error, AD_NO_MEMORY, "out of memory for %s", s->folder->config);
     free(text);
     return status;
 }

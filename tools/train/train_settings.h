@@ -147,7 +147,6 @@ typedef struct train_settings {
     double checkpoint_seconds; /* or after so much wall time, whichever is first */
     int checkpoint_keep;       /* how many checkpoints are kept */
     int output_every;          /* steps between rows of the history; 0: open */
-    int output_tensorboard;    /* 1: its rows go to event files of TensorBoard, too */
     train_reference reference;
     const char *reference_file;    /* CSV or HDF5 with the model's columns of position and rotation;
                                     * NULL: none */
