@@ -2,48 +2,31 @@
 #include "internal.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
-static void release(void *own)
+int optim_adam_parts(size_t count, const optim_settings *settings, optim_part *part)
+{
+    const optim_part own[] = {OPTIM_STATE(optim_adam, x, 1, count),
+                              OPTIM_STATE(optim_adam, mean, 1, count),
+                              OPTIM_ANY(optim_adam, square, 1, count, "square"),
+                              OPTIM_STATE(optim_adam, best_x, 1, count),
+                              OPTIM_WORK(optim_adam, gradient, 1, count),
+                              OPTIM_WORK(optim_adam, next_x, 1, count),
+                              OPTIM_ANY(optim_adam, scalar, 0, OPTIM_ADAM_SCALARS, "scalars")};
+    (void)settings;
+    return optim_parts_add(0, part, sizeof own / sizeof *own, own);
+}
+
+void optim_adam_begin(void *own, size_t count, const double *x, const optim_settings *settings)
 {
     optim_adam *adam = own;
-    if (adam) {
-        free(adam->room);
-        free(adam);
-    }
-}
-
-static optim_adam *allocate(size_t count)
-{
-    optim_adam *adam = calloc(1, sizeof *adam);
-    if (!adam) {
-        return NULL;
-    }
     adam->count = count;
-    const optim_part parts[] = {{&adam->x, 1, count},        {&adam->mean, 1, count},
-                                {&adam->square, 1, count},   {&adam->best_x, 1, count},
-                                {&adam->gradient, 1, count}, {&adam->next_x, 1, count}};
-    adam->room = optim_room_create(sizeof parts / sizeof *parts, parts);
-    if (!adam->room) {
-        release(adam);
-        return NULL;
-    }
-    return adam;
-}
-
-optim_adam *optim_adam_create(size_t count, const double *x, const optim_settings *settings)
-{
-    optim_adam *adam = allocate(count);
-    if (adam) {
-        adam->settings = *settings;
-        memcpy(adam->x, x, count * sizeof *x);
-        memcpy(adam->best_x, x, count * sizeof *x);
-        adam->scalar[OPTIM_ADAM_VALUE] = INFINITY;
-        adam->scalar[OPTIM_ADAM_GRADIENT_NORM] = INFINITY;
-        adam->scalar[OPTIM_ADAM_BEST_VALUE] = INFINITY;
-    }
-    return adam;
+    adam->settings = *settings;
+    memcpy(adam->x, x, count * sizeof *x);
+    memcpy(adam->best_x, x, count * sizeof *x);
+    adam->scalar[OPTIM_ADAM_VALUE] = INFINITY;
+    adam->scalar[OPTIM_ADAM_GRADIENT_NORM] = INFINITY;
+    adam->scalar[OPTIM_ADAM_BEST_VALUE] = INFINITY;
 }
 
 static double next_mean(double beta1, double mean, double g)
@@ -143,35 +126,30 @@ static void defaults(optim_settings *settings)
     settings->gradient_tolerance = 0;
 }
 
-static void *create(size_t count, const double *x, const optim_settings *settings)
-{
-    return optim_adam_create(count, x, settings);
-}
-
 static optim_status step(void *own, const optim_target *target)
 {
     const optim_status status = optim_adam_evaluate(own, target);
     return status == OPTIM_RUNNING ? update(own) : status;
 }
 
-static void objective_changed(void *own)
+void optim_adam_objective_changed(void *own)
 {
     optim_adam *adam = own;
     adam->scalar[OPTIM_ADAM_BEST_VALUE] = INFINITY;
     memcpy(adam->best_x, adam->x, adam->count * sizeof *adam->x);
 }
 
-static const double *current_x(const void *own)
+const double *optim_adam_x(const void *own)
 {
     return ((const optim_adam *)own)->x;
 }
 
-static const double *best_x(const void *own)
+const double *optim_adam_best_x(const void *own)
 {
     return ((const optim_adam *)own)->best_x;
 }
 
-static optim_info inspect(const void *own)
+optim_info optim_adam_inspect(const void *own)
 {
     const double *scalar = ((const optim_adam *)own)->scalar;
     return (optim_info){.steps = (int64_t)scalar[OPTIM_ADAM_STEPS],
@@ -182,35 +160,13 @@ static optim_info inspect(const void *own)
                         .best_value = scalar[OPTIM_ADAM_BEST_VALUE]};
 }
 
-static int state(void *own, optim_array *arrays, int capacity)
-{
-    optim_adam *adam = own;
-    const optim_array rows[] = {
-        {"x", adam->x, adam->count},
-        {"mean", adam->mean, adam->count},
-        {"square", adam->square, adam->count},
-        {"best_x", adam->best_x, adam->count},
-        {"scalars", adam->scalar, OPTIM_ADAM_SCALARS},
-    };
-    return optim_copy_rows(arrays, capacity, rows, (int)(sizeof rows / sizeof rows[0]));
-}
-
-static const char *state_check(const void *own)
+const char *optim_adam_state_check(const void *own)
 {
     const optim_adam *adam = own;
-    if (!optim_all_finite(adam->count, adam->x)) {
-        return "x holds a number that is not finite";
-    }
-    if (!optim_all_finite(adam->count, adam->mean)) {
-        return "mean holds a number that is not finite";
-    }
     for (size_t i = 0; i < adam->count; i++) {
         if (!(adam->square[i] >= 0 && isfinite(adam->square[i]))) {
             return "square holds a number that is negative or not finite";
         }
-    }
-    if (!optim_all_finite(adam->count, adam->best_x)) {
-        return "best_x holds a number that is not finite";
     }
     return check_scalars(adam);
 }
@@ -220,13 +176,13 @@ const optim_kind optim_adam_kind = {
     .needs = OPTIM_NEEDS_GRADIENTS,
     .reads = OPTIM_READS_RATE | OPTIM_READS_MEANS | OPTIM_READS_EPSILON,
     .defaults = defaults,
-    .create = create,
-    .free = release,
+    .size = sizeof(optim_adam),
+    .parts = optim_adam_parts,
+    .begin = optim_adam_begin,
     .step = step,
-    .objective_changed = objective_changed,
-    .x = current_x,
-    .best_x = best_x,
-    .inspect = inspect,
-    .state = state,
-    .state_check = state_check,
+    .objective_changed = optim_adam_objective_changed,
+    .x = optim_adam_x,
+    .best_x = optim_adam_best_x,
+    .inspect = optim_adam_inspect,
+    .state_check = optim_adam_state_check,
     .advice = "a smaller learning_rate, or clip_norm or warmup_steps"};

@@ -7,33 +7,24 @@
 
 struct optim_cg {
     size_t count;
-    double *r, *z, *p, *ap; /* [count] each, one allocation */
+    double *r, *z, *p, *ap; /* [count] each */
 };
 
 optim_cg *optim_cg_create(size_t count)
 {
-    optim_cg *cg = calloc(1, sizeof *cg);
-    if (!cg) {
-        return NULL;
+    const optim_part parts[] = {
+        OPTIM_WORK(optim_cg, r, 1, count), OPTIM_WORK(optim_cg, z, 1, count),
+        OPTIM_WORK(optim_cg, p, 1, count), OPTIM_WORK(optim_cg, ap, 1, count)};
+    optim_cg *cg = optim_room_create(sizeof *cg, sizeof parts / sizeof *parts, parts);
+    if (cg) {
+        cg->count = count;
     }
-    cg->count = count;
-    cg->r = optim_vector_create(4, count);
-    if (!cg->r) {
-        free(cg);
-        return NULL;
-    }
-    cg->z = cg->r + count;
-    cg->p = cg->z + count;
-    cg->ap = cg->p + count;
     return cg;
 }
 
 void optim_cg_free(optim_cg *cg)
 {
-    if (cg) {
-        free(cg->r);
-        free(cg);
-    }
+    free(cg);
 }
 
 optim_cg_result optim_cg_solve(optim_cg *cg, optim_product product, void *context, double damping,

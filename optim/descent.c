@@ -4,7 +4,6 @@
 #include "internal.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 const char *optim_descent_check(const optim_settings *settings)
@@ -16,34 +15,35 @@ const char *optim_descent_check(const optim_settings *settings)
 
 /* ---- making ---- */
 
-void optim_descent_clear(optim_descent *d)
+int optim_descent_parts(size_t count, int more, const optim_part *own, optim_part *part)
 {
-    free(d->room);
+    const optim_part all[] = {OPTIM_STATE(optim_descent, x, 1, count),
+                              OPTIM_ANY(optim_descent, gradient, 1, count, "gradient"),
+                              OPTIM_STATE(optim_descent, best_x, 1, count),
+                              OPTIM_WORK(optim_descent, direction, 1, count),
+                              OPTIM_WORK(optim_descent, trial_x, 1, count),
+                              OPTIM_WORK(optim_descent, trial_gradient, 1, count),
+                              OPTIM_WORK(optim_descent, low_gradient, 1, count)};
+    const optim_part scalars =
+        OPTIM_ANY(optim_descent, scalar, 0, OPTIM_DESCENT_SCALARS, "scalars");
+    int parts = optim_parts_add(0, part, sizeof all / sizeof *all, all);
+    parts = optim_parts_add(parts, part, more, own);
+    return optim_parts_add(parts, part, 1, &scalars);
 }
 
-int optim_descent_prepare(optim_descent *d, size_t count)
+void optim_descent_begin(optim_descent *d, size_t count, const double *x,
+                         const optim_settings *settings, const optim_model *model)
 {
     d->count = count;
-    const optim_part parts[] = {{&d->x, 1, count},           {&d->gradient, 1, count},
-                                {&d->best_x, 1, count},      {&d->direction, 1, count},
-                                {&d->trial_x, 1, count},     {&d->trial_gradient, 1, count},
-                                {&d->low_gradient, 1, count}};
-    d->room = optim_room_create(sizeof parts / sizeof *parts, parts);
-    return d->room != NULL;
-}
-
-void optim_descent_begin(optim_descent *d, const double *x, const optim_settings *settings,
-                         const optim_model *model, void *self)
-{
     d->settings = *settings;
     d->model = model;
-    d->self = self;
-    memcpy(d->x, x, d->count * sizeof *x);
+    memcpy(d->x, x, count * sizeof *x);
     optim_descent_objective_changed(d);
 }
 
-void optim_descent_objective_changed(optim_descent *d)
+void optim_descent_objective_changed(void *own)
 {
+    optim_descent *d = own;
     d->scalar[OPTIM_PAIRS] = 0;
     d->scalar[OPTIM_EVALUATED] = 0;
     d->scalar[OPTIM_VALUE] = INFINITY;
@@ -56,7 +56,7 @@ void optim_descent_objective_changed(optim_descent *d)
 static void find_direction(optim_descent *d)
 {
     if (d->scalar[OPTIM_PAIRS] > 0) {
-        d->model->apply(d->self, d->gradient, d->direction);
+        d->model->apply(d, d->gradient, d->direction);
     } else {
         memcpy(d->direction, d->gradient, d->count * sizeof *d->direction);
     }
@@ -141,7 +141,7 @@ static void learn(optim_descent *d, const optim_line_point *chosen)
         d->scalar[OPTIM_SKIPPED] += 1;
         return;
     }
-    d->model->learn(d->self, &pair);
+    d->model->learn(d, &pair);
 }
 
 static int is_stationary(const optim_descent *d)
@@ -266,22 +266,11 @@ const char *optim_descent_check_scalars(const optim_descent *d, double pairs_max
         isnan(scalar[OPTIM_BEST_VALUE])) {
         return "scalars: the value is not a number";
     }
-    if (!optim_is_counter(scalar[OPTIM_PAIRS], pairs_max)) {
-        return "scalars: the number of pairs is impossible";
-    }
-    return NULL;
-}
-
-const char *optim_descent_state_check(const optim_descent *d)
-{
-    if (!optim_all_finite(d->count, d->x)) {
-        return "x holds a number that is not finite";
-    }
-    if (!optim_all_finite(d->count, d->gradient) && d->scalar[OPTIM_EVALUATED] > 0) {
+    if (scalar[OPTIM_EVALUATED] > 0 && !optim_all_finite(d->count, d->gradient)) {
         return "gradient holds a number that is not finite";
     }
-    if (!optim_all_finite(d->count, d->best_x)) {
-        return "best_x holds a number that is not finite";
+    if (!optim_is_counter(scalar[OPTIM_PAIRS], pairs_max)) {
+        return "scalars: the number of pairs is impossible";
     }
     return NULL;
 }

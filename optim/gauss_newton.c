@@ -14,7 +14,6 @@
 
 #include <float.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* Scalars live in one array of doubles so that the state is nothing but arrays. */
@@ -59,7 +58,6 @@ typedef struct optim_gauss_newton {
     double *trial_x;       /* [count], work */
     double *anchor;        /* [count], where J was computed */
     double *anchor_before; /* [count], at the start of the step at hand */
-    double *room;          /* of all of them */
     int has_model;        /* whether the model remembers that J: not after the state was restored */
     double unit;          /* of the damping at x: the largest diagonal entry, or 1 */
     double promised;      /* decrease that the model predicts for the step */
@@ -68,35 +66,18 @@ typedef struct optim_gauss_newton {
     double scalar[SCALAR_COUNT];
 } optim_gauss_newton;
 
-static void release(void *own)
+static int parts(size_t count, const optim_settings *settings, optim_part *part)
 {
-    optim_gauss_newton *gn = own;
-    if (gn) {
-        free(gn->room);
-        free(gn);
-    }
-}
-
-static optim_gauss_newton *allocate(size_t count)
-{
-    optim_gauss_newton *gn = calloc(1, sizeof *gn);
-    if (!gn) {
-        return NULL;
-    }
-    gn->count = count;
-    const optim_part parts[] = {{&gn->x, 1, count},
-                                {&gn->jtr, 1, count},
-                                {&gn->scale, 1, count},
-                                {&gn->step, 1, count},
-                                {&gn->trial_x, 1, count},
-                                {&gn->anchor, 1, count},
-                                {&gn->anchor_before, 1, count}};
-    gn->room = optim_room_create(sizeof parts / sizeof *parts, parts);
-    if (!gn->room) {
-        release(gn);
-        return NULL;
-    }
-    return gn;
+    const optim_part own[] = {OPTIM_STATE(optim_gauss_newton, x, 1, count),
+                              OPTIM_WORK(optim_gauss_newton, jtr, 1, count),
+                              OPTIM_WORK(optim_gauss_newton, scale, 1, count),
+                              OPTIM_WORK(optim_gauss_newton, step, 1, count),
+                              OPTIM_WORK(optim_gauss_newton, trial_x, 1, count),
+                              OPTIM_STATE(optim_gauss_newton, anchor, 1, count),
+                              OPTIM_WORK(optim_gauss_newton, anchor_before, 1, count),
+                              OPTIM_ANY(optim_gauss_newton, scalar, 0, SCALAR_COUNT, "scalars")};
+    (void)settings;
+    return optim_parts_add(0, part, sizeof own / sizeof *own, own);
 }
 
 static const char *check(const optim_settings *settings)
@@ -113,17 +94,15 @@ static void objective_changed(void *own)
     gn->scalar[VALUE] = INFINITY;
 }
 
-static void *create(size_t count, const double *x, const optim_settings *settings)
+static void begin(void *own, size_t count, const double *x, const optim_settings *settings)
 {
-    optim_gauss_newton *gn = allocate(count);
-    if (gn) {
-        gn->settings = *settings;
-        memcpy(gn->x, x, count * sizeof *x);
-        gn->scalar[GRADIENT_MAX] = INFINITY;
-        gn->gradient_norm = NAN;
-        objective_changed(gn);
-    }
-    return gn;
+    optim_gauss_newton *gn = own;
+    gn->count = count;
+    gn->settings = *settings;
+    memcpy(gn->x, x, count * sizeof *x);
+    gn->scalar[GRADIENT_MAX] = INFINITY;
+    gn->gradient_norm = NAN;
+    objective_changed(gn);
 }
 
 /* ---- one step ---- */
@@ -419,38 +398,22 @@ static optim_info inspect(const void *own)
                         .step = scalar[STEP]};
 }
 
-static int state(void *own, optim_array *arrays, int capacity)
-{
-    optim_gauss_newton *gn = own;
-    const optim_array rows[] = {{"x", gn->x, gn->count},
-                                {"anchor", gn->anchor, gn->count},
-                                {"scalars", gn->scalar, SCALAR_COUNT}};
-    return optim_copy_rows(arrays, capacity, rows, (int)(sizeof rows / sizeof rows[0]));
-}
-
 static const char *state_check(const void *own)
 {
-    const optim_gauss_newton *gn = own;
-    const char *problem = check_scalars(gn);
-    if (problem) {
-        return problem;
-    }
-    return !optim_all_finite(gn->count, gn->x)        ? "x holds a number that is not finite"
-           : !optim_all_finite(gn->count, gn->anchor) ? "anchor holds a number that is not finite"
-                                                      : NULL;
+    return check_scalars(own);
 }
 
 const optim_kind optim_gauss_newton_kind = {
     .about = "Levenberg-Marquardt",
     .needs = OPTIM_NEEDS_SQUARES,
     .reads = OPTIM_READS_TOLERANCES | OPTIM_READS_DAMPING,
-    .create = create,
-    .free = release,
+    .size = sizeof(optim_gauss_newton),
+    .parts = parts,
+    .begin = begin,
     .step = step,
     .objective_changed = objective_changed,
     .x = current_x,
     .inspect = inspect,
-    .state = state,
     .state_check = state_check,
     .check = check,
     .advice = "more steps of adam before, or a larger initial_damping"};

@@ -4,18 +4,43 @@
 
 #include "optimizer.h"
 
-/* A method as optimizer.c sees it; `own` is what create has returned. */
+#include <stddef.h>
+
+/* Memory of a method: vectors [rows][count] to which a pointer of it leads, or, with no rows,
+ * [count] numbers within itself. Those with a name are its state. */
+typedef struct optim_part {
+    size_t offset, rows, count;
+    const char *name;  /* NULL: work */
+    const char *wrong; /* what is said of a number that is not finite; NULL: it may be any */
+} optim_part;
+
+#define OPTIM_WORK(type, field, rows, count)                                                       \
+    {                                                                                              \
+        offsetof(type, field), rows, count, NULL, NULL                                             \
+    }
+#define OPTIM_STATE(type, field, rows, count)                                                      \
+    {                                                                                              \
+        offsetof(type, field), rows, count, #field, #field " holds a number that is not finite"    \
+    }
+#define OPTIM_ANY(type, field, rows, count, name)                                                  \
+    {                                                                                              \
+        offsetof(type, field), rows, count, name, NULL                                             \
+    }
+
+enum { OPTIM_PARTS_MAX = 18 };
+
+/* A method as optimizer.c sees it; `own` begins with 0 and has its parts. */
 typedef struct optim_kind {
-    /* Of what was checked; NULL: out of memory. */
-    void *(*create)(size_t count, const double *x, const optim_settings *settings);
-    void (*free)(void *own); /* NULL is fine */
+    size_t size; /* of what is its own */
+    int (*parts)(size_t count, const optim_settings *settings, optim_part *part);
+    /* Sets off from x[count], of what was checked. */
+    void (*begin)(void *own, size_t count, const double *x, const optim_settings *settings);
     optim_status (*step)(void *own, const optim_target *target);
     void (*objective_changed)(void *own);
     const double *(*x)(const void *own);
     const double *(*best_x)(const void *own); /* NULL: x, the value never rises */
     optim_info (*inspect)(const void *own);
-    int (*state)(void *own, optim_array *arrays, int capacity);
-    const char *(*state_check)(const void *own);
+    const char *(*state_check)(const void *own); /* beyond what its parts say */
     const char *about, *advice;
     optim_needs needs;
     unsigned reads;                                       /* groups of settings */
@@ -31,20 +56,12 @@ OPTIM_METHOD_LIST(OPTIM_KIND)
 
 /* ---- sums.c ---- */
 
-/* rows * count zeros, or NULL when memory or size_t does not suffice. */
-double *optim_vector_create(size_t rows, size_t count);
+/* Zeros for a method or the like of so many bytes and for its parts, in one piece of memory, which
+ * the caller frees; NULL: out of memory. */
+void *optim_room_create(size_t size, int parts, const optim_part *part);
 
-/* Vectors of a method, [rows][count] at *at each. */
-typedef struct optim_part {
-    double **at;
-    size_t rows, count;
-} optim_part;
-
-/* Zeros for all of them in one piece of memory, which the caller frees; NULL: out of memory. */
-double *optim_room_create(int parts, const optim_part *part);
-
-/* NULL, or what is wrong with settings, their problem, or with where a method starts, x[count]. */
-const char *optim_check_start(const char *problem, size_t count, const double *x);
+/* Appends them; returns how many there are then. */
+int optim_parts_add(int parts, optim_part *part, int more, const optim_part *of);
 
 /* a . b over [count], always summed in the same order. */
 double optim_dot(size_t count, const double *a, const double *b);
@@ -57,9 +74,6 @@ int optim_all_finite(size_t count, const double *a);
 
 /* Whether value is an integer in [0, limit]. */
 int optim_is_counter(double value, double limit);
-
-/* Copies at most capacity of rows[row_count] to arrays and returns row_count. */
-int optim_copy_rows(optim_array *arrays, int capacity, const optim_array *rows, int row_count);
 
 #define OPTIM_COUNTER_LIMIT 9007199254740992.0 /* 2^53: integers are exact up to here */
 
@@ -151,7 +165,6 @@ typedef struct optim_model {
 typedef struct optim_descent {
     optim_settings settings;
     const optim_model *model;
-    void *self; /* of the model */
     size_t count;
     double *x;                            /* [count] */
     double *gradient;                     /* [count], at x */
@@ -160,32 +173,29 @@ typedef struct optim_descent {
     double *trial_x;                      /* [count], work */
     double *trial_gradient;               /* [count], work */
     double *low_gradient;                 /* [count], work */
-    double *room;                         /* of all of them */
     double scalar[OPTIM_DESCENT_SCALARS]; /* in one array so that the state is nothing but arrays */
 } optim_descent;
 
-/* Allocates, for zeroed *d; 0 when out of memory. Either way clear frees what there is. */
-int optim_descent_prepare(optim_descent *d, size_t count);
-void optim_descent_clear(optim_descent *d);
+/* Of a method that begins with an optim_descent: those of that and `more` of its own. */
+int optim_descent_parts(size_t count, int more, const optim_part *own, optim_part *part);
 
 /* Sets off from x[count]. */
-void optim_descent_begin(optim_descent *d, const double *x, const optim_settings *settings,
-                         const optim_model *model, void *self);
+void optim_descent_begin(optim_descent *d, size_t count, const double *x,
+                         const optim_settings *settings, const optim_model *model);
 optim_status optim_descent_step(optim_descent *d, const optim_target *target);
-void optim_descent_objective_changed(optim_descent *d);
 
 /* Of what begins with an optim_descent. */
+void optim_descent_objective_changed(void *own);
 const double *optim_descent_x(const void *own);
 optim_info optim_descent_inspect(const void *own);
 
 /* Of methods along lines: that the curvature condition asks for more than the decrease. */
 const char *optim_descent_check(const optim_settings *settings);
 
-/* NULL, or what is impossible in a restored state: in the scalars, in the vectors. */
+/* NULL, or what is impossible in a restored state. */
 const char *optim_descent_check_scalars(const optim_descent *d, double pairs_max);
-const char *optim_descent_state_check(const optim_descent *d);
 
-/* ---- Adam, whose state is SOAP's too ---- */
+/* ---- Adam, with which others of its kind begin ---- */
 
 enum {
     OPTIM_ADAM_STEPS,
@@ -206,11 +216,16 @@ typedef struct optim_adam {
     double *best_x;                    /* [count] */
     double *gradient;                  /* [count], work */
     double *next_x;                    /* [count], work */
-    double *room;                      /* of all of them */
     double scalar[OPTIM_ADAM_SCALARS]; /* in one array so that the state is nothing but arrays */
 } optim_adam;
 
-optim_adam *optim_adam_create(size_t count, const double *x, const optim_settings *settings);
+int optim_adam_parts(size_t count, const optim_settings *settings, optim_part *part);
+void optim_adam_begin(void *own, size_t count, const double *x, const optim_settings *settings);
+void optim_adam_objective_changed(void *own);
+const double *optim_adam_x(const void *own);
+const double *optim_adam_best_x(const void *own);
+optim_info optim_adam_inspect(const void *own);
+const char *optim_adam_state_check(const void *own);
 
 /* The first half of a step: value and gradient at x. */
 optim_status optim_adam_evaluate(optim_adam *adam, const optim_target *target);

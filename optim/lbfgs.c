@@ -4,7 +4,6 @@
 #include "internal.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum {
@@ -20,38 +19,17 @@ typedef struct optim_lbfgs {
     double *y;      /* [memory][count], gradient differences */
     double *sy;     /* [memory], s.y */
     double *weight; /* [memory], work: alpha of algorithm 7.4 */
-    double *room;   /* of all of them */
     double ring[RING_SCALARS];
 } optim_lbfgs;
 
-static void release(void *own)
+static int parts(size_t count, const optim_settings *settings, optim_part *part)
 {
-    optim_lbfgs *lbfgs = own;
-    if (lbfgs) {
-        optim_descent_clear(&lbfgs->descent);
-        free(lbfgs->room);
-        free(lbfgs);
-    }
-}
-
-static optim_lbfgs *allocate(size_t count, size_t memory)
-{
-    optim_lbfgs *lbfgs = calloc(1, sizeof *lbfgs);
-    if (!lbfgs) {
-        return NULL;
-    }
-    const int prepared = optim_descent_prepare(&lbfgs->descent, count);
-    lbfgs->memory = memory;
-    const optim_part parts[] = {{&lbfgs->s, memory, count},
-                                {&lbfgs->y, memory, count},
-                                {&lbfgs->sy, 1, memory},
-                                {&lbfgs->weight, 1, memory}};
-    lbfgs->room = optim_room_create(sizeof parts / sizeof *parts, parts);
-    if (!prepared || !lbfgs->room) {
-        release(lbfgs);
-        return NULL;
-    }
-    return lbfgs;
+    const size_t memory = (size_t)settings->memory;
+    const optim_part own[] = {
+        OPTIM_STATE(optim_lbfgs, s, memory, count), OPTIM_STATE(optim_lbfgs, y, memory, count),
+        OPTIM_ANY(optim_lbfgs, sy, 1, memory, "sy"), OPTIM_WORK(optim_lbfgs, weight, 1, memory),
+        OPTIM_ANY(optim_lbfgs, ring, 0, RING_SCALARS, "ring")};
+    return optim_descent_parts(count, sizeof own / sizeof *own, own, part);
 }
 
 /* ---- the model ---- */
@@ -111,13 +89,11 @@ static double bytes(const optim_settings *settings, size_t count)
     return 8 * (double)count * (2 * settings->memory + 7);
 }
 
-static void *create(size_t count, const double *x, const optim_settings *settings)
+static void begin(void *own, size_t count, const double *x, const optim_settings *settings)
 {
-    optim_lbfgs *lbfgs = allocate(count, (size_t)settings->memory);
-    if (lbfgs) {
-        optim_descent_begin(&lbfgs->descent, x, settings, &model, lbfgs);
-    }
-    return lbfgs;
+    optim_lbfgs *lbfgs = own;
+    lbfgs->memory = (size_t)settings->memory;
+    optim_descent_begin(&lbfgs->descent, count, x, settings, &model);
 }
 
 /* ---- stepping and looking ---- */
@@ -140,51 +116,19 @@ static optim_status step(void *own, const optim_target *target)
     return check_scalars(lbfgs) ? OPTIM_BAD_STATE : optim_descent_step(&lbfgs->descent, target);
 }
 
-static void objective_changed(void *own)
-{
-    optim_descent_objective_changed(&((optim_lbfgs *)own)->descent);
-}
-
-static int state(void *own, optim_array *arrays, int capacity)
-{
-    optim_lbfgs *lbfgs = own;
-    optim_descent *d = &lbfgs->descent;
-    const optim_array rows[] = {
-        {"x", d->x, d->count},
-        {"gradient", d->gradient, d->count},
-        {"best_x", d->best_x, d->count},
-        {"s", lbfgs->s, lbfgs->memory * d->count},
-        {"y", lbfgs->y, lbfgs->memory * d->count},
-        {"sy", lbfgs->sy, lbfgs->memory},
-        {"ring", lbfgs->ring, RING_SCALARS},
-        {"scalars", d->scalar, OPTIM_DESCENT_SCALARS},
-    };
-    return optim_copy_rows(arrays, capacity, rows, (int)(sizeof rows / sizeof rows[0]));
-}
-
 static const char *state_check(const void *own)
 {
     const optim_lbfgs *lbfgs = own;
     const optim_descent *d = &lbfgs->descent;
     const size_t memory = lbfgs->memory;
     const char *problem = check_scalars(lbfgs);
-    problem = problem ? problem : optim_descent_state_check(d);
-    if (problem) {
-        return problem;
-    }
-    if (!optim_all_finite(memory * d->count, lbfgs->s)) {
-        return "s holds a number that is not finite";
-    }
-    if (!optim_all_finite(memory * d->count, lbfgs->y)) {
-        return "y holds a number that is not finite";
-    }
-    for (size_t age = 1; age <= (size_t)d->scalar[OPTIM_PAIRS]; age++) {
+    for (size_t age = 1; !problem && age <= (size_t)d->scalar[OPTIM_PAIRS]; age++) {
         const double sy = lbfgs->sy[((size_t)lbfgs->ring[NEXT_SLOT] + memory - age) % memory];
         if (!(sy > 0 && isfinite(sy))) {
-            return "sy holds a number that is not finite and positive";
+            problem = "sy holds a number that is not finite and positive";
         }
     }
-    return NULL;
+    return problem;
 }
 
 const optim_kind optim_lbfgs_kind = {
@@ -193,12 +137,12 @@ const optim_kind optim_lbfgs_kind = {
     .reads = OPTIM_READS_MEMORY | OPTIM_READS_LINES | OPTIM_READS_TOLERANCES,
     .check = optim_descent_check,
     .bytes = bytes,
-    .create = create,
-    .free = release,
+    .size = sizeof(optim_lbfgs),
+    .parts = parts,
+    .begin = begin,
     .step = step,
-    .objective_changed = objective_changed,
+    .objective_changed = optim_descent_objective_changed,
     .x = optim_descent_x,
     .inspect = optim_descent_inspect,
-    .state = state,
     .state_check = state_check,
     .advice = "more steps of adam before, or a smaller maximum_step"};

@@ -15,15 +15,11 @@ struct optim_nystrom {
     double *core, *turn; /* [rank][rank], work */
     double *lambda;      /* [rank] */
     double *row;         /* [rank], work */
-    double *room;        /* of all of them */
 };
 
 void optim_nystrom_free(optim_nystrom *n)
 {
-    if (n) {
-        free(n->room);
-        free(n);
-    }
+    free(n);
 }
 
 static void add_multiple(size_t count, double factor, const double *x, double *y)
@@ -58,20 +54,16 @@ static void orthonormalise(const optim_nystrom *n, double *rows, double *a)
 
 optim_nystrom *optim_nystrom_create(size_t count, size_t rank, const double *random)
 {
-    optim_nystrom *n = calloc(1, sizeof *n);
+    const optim_part parts[] = {
+        OPTIM_WORK(optim_nystrom, q, rank, count),   OPTIM_WORK(optim_nystrom, u, rank, count),
+        OPTIM_WORK(optim_nystrom, core, rank, rank), OPTIM_WORK(optim_nystrom, turn, rank, rank),
+        OPTIM_WORK(optim_nystrom, lambda, 1, rank),  OPTIM_WORK(optim_nystrom, row, 1, rank)};
+    optim_nystrom *n = optim_room_create(sizeof *n, sizeof parts / sizeof *parts, parts);
     if (!n) {
         return NULL;
     }
     n->count = count;
     n->rank = rank;
-    const optim_part parts[] = {{&n->q, rank, count},   {&n->u, rank, count},
-                                {&n->core, rank, rank}, {&n->turn, rank, rank},
-                                {&n->lambda, 1, rank},  {&n->row, 1, rank}};
-    n->room = optim_room_create(sizeof parts / sizeof *parts, parts);
-    if (!n->room) {
-        optim_nystrom_free(n);
-        return NULL;
-    }
     memcpy(n->q, random, rank * count * sizeof *random);
     orthonormalise(n, n->q, n->core);
     return n;

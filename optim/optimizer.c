@@ -9,6 +9,8 @@
 
 struct optim_optimizer {
     const optim_kind *kind;
+    int part_count;
+    optim_part part[OPTIM_PARTS_MAX];
     void *own;
 };
 
@@ -189,18 +191,26 @@ const char *const *optim_scaling_names(void)
 optim_optimizer *optim_create(size_t count, const double *x, const optim_settings *settings,
                               const char **why)
 {
-    const char *problem = optim_check_start(optim_settings_check(settings), count, x);
+    const char *problem = optim_settings_check(settings);
+    problem = problem                       ? problem
+              : count == 0                  ? "count must be at least 1"
+              : !optim_all_finite(count, x) ? "the starting point x must be finite"
+                                            : NULL;
     if (!problem && count > optim_count_max(settings->method)) {
         problem = "count must be in [1, 10000]: the matrix has count^2 / 2 numbers";
     }
     optim_optimizer *o = problem ? NULL : calloc(1, sizeof *o);
     if (o) {
         o->kind = kinds[settings->method];
-        o->own = o->kind->create(count, x, settings);
+        o->part_count = o->kind->parts(count, settings, o->part);
+        o->own = optim_room_create(o->kind->size, o->part_count, o->part);
     }
     if (o && !o->own) {
         free(o);
         o = NULL;
+    }
+    if (o) {
+        o->kind->begin(o->own, count, x, settings);
     }
     if (why) {
         *why = problem || o ? problem : "out of memory";
@@ -211,7 +221,7 @@ optim_optimizer *optim_create(size_t count, const double *x, const optim_setting
 void optim_free(optim_optimizer *o)
 {
     if (o) {
-        o->kind->free(o->own);
+        free(o->own);
         free(o);
     }
 }
@@ -241,12 +251,41 @@ optim_info optim_inspect(const optim_optimizer *o)
     return o->kind->inspect(o->own);
 }
 
+/* The numbers of a part. */
+static double *numbers_of(const optim_optimizer *o, const optim_part *part)
+{
+    char *at = (char *)o->own + part->offset;
+    double *numbers = (double *)(void *)at;
+    if (part->rows > 0) {
+        memcpy(&numbers, at, sizeof numbers);
+    }
+    return numbers;
+}
+
+static size_t size_of_part(const optim_part *part)
+{
+    return part->rows > 0 ? part->rows * part->count : part->count;
+}
+
 int optim_state(optim_optimizer *o, optim_array *arrays)
 {
-    return o->kind->state(o->own, arrays, OPTIM_STATE_CAPACITY);
+    int count = 0;
+    for (int i = 0; i < o->part_count; i++) {
+        const optim_part *part = &o->part[i];
+        if (part->name) {
+            arrays[count++] = (optim_array){part->name, numbers_of(o, part), size_of_part(part)};
+        }
+    }
+    return count;
 }
 
 const char *optim_state_check(const optim_optimizer *o)
 {
+    for (int i = 0; i < o->part_count; i++) {
+        const optim_part *part = &o->part[i];
+        if (part->wrong && !optim_all_finite(size_of_part(part), numbers_of(o, part))) {
+            return part->wrong;
+        }
+    }
     return o->kind->state_check(o->own);
 }

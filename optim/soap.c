@@ -3,7 +3,6 @@
 #include "internal.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* Rows of a basis that are made orthogonal at a time. */
@@ -21,31 +20,13 @@ typedef struct side {
 } side;
 
 typedef struct optim_soap {
-    optim_settings settings;
-    optim_adam *adam; /* what is of all methods of this kind */
+    optim_adam adam; /* first, so that a pointer to one points to the other */
     optim_matrix *matrices;
-    size_t factors;
     double *factor;  /* [factors], all sides: products, then basis */
     double *work[3]; /* [largest matrix or square of a side] */
     size_t *order;   /* [longest side], work */
     double *sizes;   /* [longest side], work */
 } optim_soap;
-
-static void release(void *own)
-{
-    optim_soap *soap = own;
-    if (soap) {
-        optim_adam_kind.free(soap->adam);
-        for (int i = 0; i < 3; i++) {
-            free(soap->work[i]);
-        }
-        free(soap->factor);
-        free(soap->sizes);
-        free(soap->matrices);
-        free(soap->order);
-        free(soap);
-    }
-}
 
 /* ---- sides --------------------------------------------------------------------------------- */
 
@@ -69,33 +50,40 @@ static void sides_of(const optim_soap *soap, int index, side sides[2])
     }
 }
 
-static bool make_work(optim_soap *soap)
+static size_t larger(size_t a, size_t b)
 {
-    size_t largest = 1, longest = 1;
-    for (int i = 0; i < soap->settings.matrix_count; i++) {
-        const optim_matrix *m = &soap->matrices[i];
+    return a > b ? a : b;
+}
+
+static int parts(size_t count, const optim_settings *settings, optim_part *part)
+{
+    _Static_assert(sizeof(optim_matrix) % sizeof(double) == 0 && sizeof(size_t) <= sizeof(double),
+                   "they have room where numbers have");
+    const size_t matrices = (size_t)settings->matrix_count;
+    size_t largest = 1, longest = 1, factors = 0;
+    for (size_t i = 0; i < matrices; i++) {
+        const optim_matrix *m = &settings->matrices[i];
         const size_t a = side_length(m->rows), b = side_length(m->columns);
-        const size_t needs[3] = {m->rows * m->columns, a * a, b * b};
-        for (int k = 0; k < 3; k++) {
-            largest = needs[k] > largest ? needs[k] : largest;
-        }
-        longest = a > longest ? a : longest;
-        longest = b > longest ? b : longest;
-        soap->factors += 2 * (a * a + b * b);
+        largest = larger(largest, larger(m->rows * m->columns, larger(a * a, b * b)));
+        longest = larger(longest, larger(a, b));
+        factors += 2 * (a * a + b * b);
     }
-    soap->factor = optim_vector_create(1, soap->factors + 1);
-    soap->order = malloc(longest * sizeof *soap->order);
-    soap->sizes = optim_vector_create(1, longest);
-    for (int i = 0; i < 3; i++) {
-        soap->work[i] = optim_vector_create(1, largest);
-    }
-    return soap->factor && soap->order && soap->sizes && soap->work[0] && soap->work[1] &&
-           soap->work[2];
+    const optim_part own[] = {
+        OPTIM_WORK(optim_soap, matrices, sizeof(optim_matrix) / sizeof(double), matrices + 1),
+        {offsetof(optim_soap, factor), 1, factors + 1, "factors",
+         "factors hold a number that is not finite"},
+        OPTIM_WORK(optim_soap, work[0], 1, largest),
+        OPTIM_WORK(optim_soap, work[1], 1, largest),
+        OPTIM_WORK(optim_soap, work[2], 1, largest),
+        OPTIM_WORK(optim_soap, order, 1, longest),
+        OPTIM_WORK(optim_soap, sizes, 1, longest)};
+    return optim_parts_add(optim_adam_parts(count, settings, part), part, sizeof own / sizeof *own,
+                           own);
 }
 
 static void start_bases(optim_soap *soap)
 {
-    for (int i = 0; i < soap->settings.matrix_count; i++) {
+    for (int i = 0; i < soap->adam.settings.matrix_count; i++) {
         side sides[2];
         sides_of(soap, i, sides);
         for (int k = 0; k < 2; k++) {
@@ -106,37 +94,15 @@ static void start_bases(optim_soap *soap)
     }
 }
 
-static optim_soap *allocate(const optim_settings *settings)
+static void begin(void *own, size_t count, const double *x, const optim_settings *settings)
 {
-    optim_soap *soap = calloc(1, sizeof *soap);
-    if (!soap) {
-        return NULL;
-    }
-    const size_t matrices = (size_t)settings->matrix_count;
-    soap->settings = *settings;
-    soap->matrices = calloc(matrices + 1, sizeof *soap->matrices);
-    if (soap->matrices && matrices > 0) {
-        memcpy(soap->matrices, settings->matrices, matrices * sizeof *soap->matrices);
-    }
-    if (!soap->matrices || !make_work(soap)) {
-        release(soap);
-        return NULL;
+    optim_soap *soap = own;
+    optim_adam_begin(own, count, x, settings);
+    if (settings->matrix_count > 0) {
+        memcpy(soap->matrices, settings->matrices,
+               (size_t)settings->matrix_count * sizeof *soap->matrices);
     }
     start_bases(soap);
-    return soap;
-}
-
-static void *create(size_t count, const double *x, const optim_settings *settings)
-{
-    optim_soap *soap = allocate(settings);
-    if (soap) {
-        soap->adam = optim_adam_create(count, x, settings);
-    }
-    if (soap && !soap->adam) {
-        release(soap);
-        return NULL;
-    }
-    return soap;
 }
 
 /* ---- products ------------------------------------------------------------------------------ */
@@ -145,9 +111,9 @@ static void *create(size_t count, const double *x, const optim_settings *setting
 static void multiply(const optim_soap *soap, bool transpose_a, bool transpose_b, size_t m, size_t n,
                      size_t k, const double *a, const double *b, double beta, double *c)
 {
-    if (soap->settings.multiply) {
-        soap->settings.multiply(soap->settings.context, transpose_a, transpose_b, m, n, k, a, b,
-                                beta, c);
+    if (soap->adam.settings.multiply) {
+        soap->adam.settings.multiply(soap->adam.settings.context, transpose_a, transpose_b, m, n, k,
+                                     a, b, beta, c);
         return;
     }
     for (size_t i = 0; i < m; i++) {
@@ -210,7 +176,7 @@ static void sort_basis(optim_soap *soap, const side *s, const optim_matrix *matr
                        const double *image)
 {
     const size_t n = s->n, rows = matrix->rows, columns = matrix->columns;
-    double *square = soap->adam->square + matrix->offset;
+    double *square = soap->adam.square + matrix->offset;
     for (size_t i = 0; i < n; i++) {
         size_t k = i;
         soap->sizes[i] = optim_dot(n, s->basis + i * n, image + i * n);
@@ -269,8 +235,8 @@ static void follow(optim_soap *soap, int index, const double *gradient)
 {
     const optim_matrix *matrix = &soap->matrices[index];
     const size_t rows = matrix->rows, columns = matrix->columns;
-    const bool first = soap->adam->scalar[OPTIM_ADAM_STEPS] == 0;
-    const double beta = soap->settings.beta2, weight = first ? 1 : sqrt(1 - beta);
+    const bool first = soap->adam.scalar[OPTIM_ADAM_STEPS] == 0;
+    const double beta = soap->adam.settings.beta2, weight = first ? 1 : sqrt(1 - beta);
     double *scaled = soap->work[0];
     side sides[2];
     sides_of(soap, index, sides);
@@ -283,7 +249,7 @@ static void follow(optim_soap *soap, int index, const double *gradient)
                      scaled, first ? 0 : beta, sides[k].products);
         }
     }
-    if (first || fmod(soap->adam->scalar[OPTIM_ADAM_STEPS], soap->settings.basis_every) == 0) {
+    if (first || fmod(soap->adam.scalar[OPTIM_ADAM_STEPS], soap->adam.settings.basis_every) == 0) {
         for (int k = 0; k < 2; k++) {
             if (sides[k].n) {
                 turn_basis(soap, &sides[k], matrix, k == 0);
@@ -316,11 +282,11 @@ static void step_matrix(optim_soap *soap, const rates *r, int index)
     const size_t count = matrix->rows * matrix->columns, offset = matrix->offset;
     side sides[2];
     sides_of(soap, index, sides);
-    double *direction = soap->adam->next_x + offset;
+    double *direction = soap->adam.next_x + offset;
     double *turned = soap->work[0];
-    turn(soap, matrix, sides, false, soap->adam->gradient + offset, turned);
-    turn(soap, matrix, sides, false, soap->adam->mean + offset, direction);
-    adam_direction(r, count, turned, direction, soap->adam->square + offset, direction);
+    turn(soap, matrix, sides, false, soap->adam.gradient + offset, turned);
+    turn(soap, matrix, sides, false, soap->adam.mean + offset, direction);
+    adam_direction(r, count, turned, direction, soap->adam.square + offset, direction);
     turn(soap, matrix, sides, true, direction, direction);
 }
 
@@ -328,15 +294,15 @@ static void step_matrix(optim_soap *soap, const rates *r, int index)
 static void step_others(optim_soap *soap, const rates *r, size_t first, size_t end)
 {
     if (end > first) {
-        adam_direction(r, end - first, soap->adam->gradient + first, soap->adam->mean + first,
-                       soap->adam->square + first, soap->adam->next_x + first);
+        adam_direction(r, end - first, soap->adam.gradient + first, soap->adam.mean + first,
+                       soap->adam.square + first, soap->adam.next_x + first);
     }
 }
 
 /* As in the paper the first gradient only makes the bases. */
 static optim_status update(optim_soap *soap)
 {
-    optim_adam *adam = soap->adam;
+    optim_adam *adam = &soap->adam;
     const optim_settings *s = &adam->settings;
     const double steps = adam->scalar[OPTIM_ADAM_STEPS], clip = optim_adam_clip(adam);
     const rates r = {.beta2 = s->beta2,
@@ -352,7 +318,7 @@ static optim_status update(optim_soap *soap)
         for (size_t i = 0; i < adam->count; i++) {
             adam->mean[i] = s->beta1 * adam->mean[i] + (1 - s->beta1) * adam->gradient[i];
         }
-        for (int i = 0; i < soap->settings.matrix_count; i++) {
+        for (int i = 0; i < soap->adam.settings.matrix_count; i++) {
             const optim_matrix *m = &soap->matrices[i];
             step_others(soap, &r, done, m->offset);
             step_matrix(soap, &r, i);
@@ -367,7 +333,7 @@ static optim_status update(optim_soap *soap)
         }
         memcpy(adam->x, adam->next_x, adam->count * sizeof *adam->x);
     }
-    for (int i = 0; i < soap->settings.matrix_count; i++) {
+    for (int i = 0; i < soap->adam.settings.matrix_count; i++) {
         follow(soap, i, adam->gradient + soap->matrices[i].offset);
     }
     adam->scalar[OPTIM_ADAM_STEPS] = steps + 1;
@@ -391,46 +357,8 @@ static const char *check(const optim_settings *settings)
 static optim_status step(void *own, const optim_target *target)
 {
     optim_soap *soap = own;
-    const optim_status status = optim_adam_evaluate(soap->adam, target);
+    const optim_status status = optim_adam_evaluate(&soap->adam, target);
     return status == OPTIM_RUNNING ? update(soap) : status;
-}
-
-static void objective_changed(void *own)
-{
-    optim_adam_kind.objective_changed(((optim_soap *)own)->adam);
-}
-
-static const double *current_x(const void *own)
-{
-    return ((const optim_soap *)own)->adam->x;
-}
-
-static const double *best_x(const void *own)
-{
-    return ((const optim_soap *)own)->adam->best_x;
-}
-
-static optim_info inspect(const void *own)
-{
-    return optim_adam_kind.inspect(((const optim_soap *)own)->adam);
-}
-
-static int state(void *own, optim_array *arrays, int capacity)
-{
-    enum { ROWS = 6 };
-    optim_soap *soap = own;
-    optim_array rows[ROWS];
-    const int adam = optim_adam_kind.state(soap->adam, rows, ROWS - 1);
-    rows[adam] = (optim_array){"factors", soap->factor, soap->factors + 1};
-    return optim_copy_rows(arrays, capacity, rows, adam + 1);
-}
-
-static const char *state_check(const void *own)
-{
-    const optim_soap *soap = own;
-    return optim_all_finite(soap->factors, soap->factor)
-               ? optim_adam_kind.state_check(soap->adam)
-               : "factors hold a number that is not finite";
 }
 
 const optim_kind optim_soap_kind = {
@@ -439,13 +367,13 @@ const optim_kind optim_soap_kind = {
     .reads = OPTIM_READS_RATE | OPTIM_READS_MEANS | OPTIM_READS_EPSILON | OPTIM_READS_MATRICES,
     .defaults = defaults,
     .check = check,
-    .create = create,
-    .free = release,
+    .size = sizeof(optim_soap),
+    .parts = parts,
+    .begin = begin,
     .step = step,
-    .objective_changed = objective_changed,
-    .x = current_x,
-    .best_x = best_x,
-    .inspect = inspect,
-    .state = state,
-    .state_check = state_check,
+    .objective_changed = optim_adam_objective_changed,
+    .x = optim_adam_x,
+    .best_x = optim_adam_best_x,
+    .inspect = optim_adam_inspect,
+    .state_check = optim_adam_state_check,
     .advice = "a smaller learning_rate, or clip_norm or warmup_steps"};

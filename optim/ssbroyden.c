@@ -8,7 +8,6 @@
 #include "internal.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 typedef struct optim_ssbroyden {
@@ -17,37 +16,17 @@ typedef struct optim_ssbroyden {
     double *hy;            /* [count], work: H y */
     double *along;         /* [2][count], work: what the update adds to a row, per H y and s */
     double *next;          /* [count], H gradient, for the gradient of the next step */
-    double *room;          /* of all of them */
     int next_known;        /* not part of the state: the product gives the same bits at any time */
 } optim_ssbroyden;
 
-static void release(void *own)
+static int parts(size_t count, const optim_settings *settings, optim_part *part)
 {
-    optim_ssbroyden *ssb = own;
-    if (ssb) {
-        optim_descent_clear(&ssb->descent);
-        free(ssb->room);
-        free(ssb);
-    }
-}
-
-static optim_ssbroyden *allocate(size_t count)
-{
-    optim_ssbroyden *ssb = calloc(1, sizeof *ssb);
-    if (!ssb) {
-        return NULL;
-    }
-    const int prepared = optim_descent_prepare(&ssb->descent, count);
-    const optim_part parts[] = {{&ssb->matrix, 1, count * (count + 1) / 2},
-                                {&ssb->hy, 1, count},
-                                {&ssb->along, 2, count},
-                                {&ssb->next, 1, count}};
-    ssb->room = optim_room_create(sizeof parts / sizeof *parts, parts);
-    if (!prepared || !ssb->room) {
-        release(ssb);
-        return NULL;
-    }
-    return ssb;
+    const optim_part own[] = {OPTIM_STATE(optim_ssbroyden, matrix, 1, count * (count + 1) / 2),
+                              OPTIM_WORK(optim_ssbroyden, hy, 1, count),
+                              OPTIM_WORK(optim_ssbroyden, along, 2, count),
+                              OPTIM_WORK(optim_ssbroyden, next, 1, count)};
+    (void)settings;
+    return optim_descent_parts(count, sizeof own / sizeof *own, own, part);
 }
 
 /* ---- the matrix ---- */
@@ -191,23 +170,17 @@ static double bytes(const optim_settings *settings, size_t count)
     return 8 * (double)count * (0.5 * ((double)count + 1) + 10);
 }
 
-static void *create(size_t count, const double *x, const optim_settings *settings)
+static void begin(void *own, size_t count, const double *x, const optim_settings *settings)
 {
-    optim_ssbroyden *ssb = allocate(count);
-    if (ssb) {
-        optim_descent_begin(&ssb->descent, x, settings, &model, ssb);
-    }
-    return ssb;
+    optim_descent_begin(own, count, x, settings, &model);
 }
 
 /* ---- stepping and looking ---- */
 
 static optim_status step(void *own, const optim_target *target)
 {
-    optim_ssbroyden *ssb = own;
-    return optim_descent_check_scalars(&ssb->descent, OPTIM_COUNTER_LIMIT)
-               ? OPTIM_BAD_STATE
-               : optim_descent_step(&ssb->descent, target);
+    return optim_descent_check_scalars(own, OPTIM_COUNTER_LIMIT) ? OPTIM_BAD_STATE
+                                                                 : optim_descent_step(own, target);
 }
 
 static void objective_changed(void *own)
@@ -217,33 +190,10 @@ static void objective_changed(void *own)
     ssb->next_known = 0;
 }
 
-static int state(void *own, optim_array *arrays, int capacity)
-{
-    optim_ssbroyden *ssb = own;
-    optim_descent *d = &ssb->descent;
-    const optim_array rows[] = {
-        {"x", d->x, d->count},
-        {"gradient", d->gradient, d->count},
-        {"best_x", d->best_x, d->count},
-        {"matrix", ssb->matrix, d->count * (d->count + 1) / 2},
-        {"scalars", d->scalar, OPTIM_DESCENT_SCALARS},
-    };
-    return optim_copy_rows(arrays, capacity, rows, (int)(sizeof rows / sizeof rows[0]));
-}
-
 /* A matrix that is not positive definite is left to the search, which drops it where it shows. */
 static const char *state_check(const void *own)
 {
-    const optim_ssbroyden *ssb = own;
-    const optim_descent *d = &ssb->descent;
-    const char *problem = optim_descent_check_scalars(d, OPTIM_COUNTER_LIMIT);
-    problem = problem ? problem : optim_descent_state_check(d);
-    if (problem) {
-        return problem;
-    }
-    return optim_all_finite(d->count * (d->count + 1) / 2, ssb->matrix)
-               ? NULL
-               : "matrix holds a number that is not finite";
+    return optim_descent_check_scalars(own, OPTIM_COUNTER_LIMIT);
 }
 
 const optim_kind optim_ssbroyden_kind = {
@@ -252,13 +202,13 @@ const optim_kind optim_ssbroyden_kind = {
     .reads = OPTIM_READS_LINES | OPTIM_READS_TOLERANCES,
     .check = optim_descent_check,
     .bytes = bytes,
-    .create = create,
-    .free = release,
+    .size = sizeof(optim_ssbroyden),
+    .parts = parts,
+    .begin = begin,
     .step = step,
     .objective_changed = objective_changed,
     .x = optim_descent_x,
     .inspect = optim_descent_inspect,
-    .state = state,
     .state_check = state_check,
     .count_max = OPTIM_SSBROYDEN_COUNT_MAX,
     .advice = "more steps of adam before, or a smaller maximum_step"};

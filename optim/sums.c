@@ -1,19 +1,15 @@
 #include "internal.h"
 
 #include <math.h>
+#include <stdint.h>
 #include <stdlib.h>
+#include <string.h>
 
-double *optim_vector_create(size_t rows, size_t count)
+void *optim_room_create(size_t size, int parts, const optim_part *part)
 {
-    if (count && rows > SIZE_MAX / sizeof(double) / count) {
-        return NULL;
-    }
-    return calloc(rows * count, sizeof(double));
-}
-
-double *optim_room_create(int parts, const optim_part *part)
-{
-    size_t all = 0;
+    enum { ALIGNED = 64 };
+    const size_t own = (size + ALIGNED - 1) / ALIGNED * ALIGNED;
+    size_t all = own / sizeof(double);
     for (int i = 0; i < parts; i++) {
         const size_t rows = part[i].rows, most = SIZE_MAX / sizeof(double) - all;
         if (rows > 0 && part[i].count > most / rows) {
@@ -21,19 +17,21 @@ double *optim_room_create(int parts, const optim_part *part)
         }
         all += rows * part[i].count;
     }
-    double *room = optim_vector_create(1, all), *at = room;
-    for (int i = 0; i < parts && room; at += part[i].rows * part[i].count, i++) {
-        *part[i].at = at;
+    char *room = calloc(all, sizeof(double));
+    double *at = room ? (double *)(void *)(room + own) : NULL;
+    for (int i = 0; i < parts && room; i++) {
+        if (part[i].rows > 0) {
+            memcpy(room + part[i].offset, &at, sizeof at);
+        }
+        at += part[i].rows * part[i].count;
     }
     return room;
 }
 
-const char *optim_check_start(const char *problem, size_t count, const double *x)
+int optim_parts_add(int parts, optim_part *part, int more, const optim_part *of)
 {
-    return problem                       ? problem
-           : count == 0                  ? "count must be at least 1"
-           : !optim_all_finite(count, x) ? "the starting point x must be finite"
-                                         : NULL;
+    memcpy(part + parts, of, (size_t)more * sizeof *of);
+    return parts + more;
 }
 
 double optim_dot(size_t count, const double *a, const double *b)
@@ -82,12 +80,4 @@ int optim_all_finite(size_t count, const double *a)
 int optim_is_counter(double value, double limit)
 {
     return value >= 0 && value <= limit && floor(value) == value;
-}
-
-int optim_copy_rows(optim_array *arrays, int capacity, const optim_array *rows, int row_count)
-{
-    for (int i = 0; i < row_count && i < capacity; i++) {
-        arrays[i] = rows[i];
-    }
-    return row_count;
 }

@@ -132,46 +132,6 @@ static optim_status step(void *own, const optim_target *target)
     return OPTIM_RUNNING;
 }
 
-static void *create(size_t count, const double *x, const optim_settings *settings)
-{
-    return optim_adam_create(count, x, settings);
-}
-
-static void release(void *own)
-{
-    optim_adam_kind.free(own);
-}
-
-static void objective_changed(void *own)
-{
-    optim_adam_kind.objective_changed(own);
-}
-
-static const double *current_x(const void *own)
-{
-    return optim_adam_kind.x(own);
-}
-
-static const double *best_x(const void *own)
-{
-    return optim_adam_kind.best_x(own);
-}
-
-static optim_info inspect(const void *own)
-{
-    return optim_adam_kind.inspect(own);
-}
-
-static int state(void *own, optim_array *arrays, int capacity)
-{
-    return optim_adam_kind.state(own, arrays, capacity);
-}
-
-static const char *state_check(const void *own)
-{
-    return optim_adam_kind.state_check(own);
-}
-
 static void defaults(optim_settings *settings)
 {
     settings->beta1 = 0.95;
@@ -183,15 +143,15 @@ const optim_kind optim_nadam_kind = {
     .needs = OPTIM_NEEDS_GRADIENTS,
     .reads = OPTIM_READS_RATE | OPTIM_READS_MEANS | OPTIM_READS_EPSILON,
     .defaults = defaults,
-    .create = create,
-    .free = release,
+    .size = sizeof(optim_adam),
+    .parts = optim_adam_parts,
+    .begin = optim_adam_begin,
     .step = step,
-    .objective_changed = objective_changed,
-    .x = current_x,
-    .best_x = best_x,
-    .inspect = inspect,
-    .state = state,
-    .state_check = state_check,
+    .objective_changed = optim_adam_objective_changed,
+    .x = optim_adam_x,
+    .best_x = optim_adam_best_x,
+    .inspect = optim_adam_inspect,
+    .state_check = optim_adam_state_check,
     .advice = "a smaller learning_rate"};
 END
 new tests/optim/test_optim_nadam.c <<'END'
