@@ -39,7 +39,7 @@ programs=('cpinn-train scene.yaml --out new --threads 1'
     'cpinn-eval whole --grid 9 --out new.csv' 'cpinn-eval whole --json -'
     'cpinn-solve scene.yaml --nodes 20 --out new.h5' 'cpinn-solve scene.yaml --path new.csv'
     'cpinn-check scene.yaml --threads 1' 'cpinn-export whole --c new'
-    'cpinn-cases scene.yaml --out new --seconds 0.1 --threads 1' 'cpinn-show whole --out new.html'
+    'cpinn-show whole --out new.html'
     'cpinn-bench scene.yaml --out new --methods w=adam:4 --networks 1x4 --seeds 1 --threads 1 --quiet'
     'cpinn-fit fit.yaml --out new.csv --save new.h5 --picture new.svg --threads 1'
     'cpinn-law law.csv --out new.csv --steps 2 --starts 1 --units 2' "cpinn-control $loop --json new.json"

@@ -98,7 +98,7 @@ static void check_unknown_load(const char *physics, const char *load, const char
         describe(text, physics, quantity, measured);
         run r = start_text(text, 1);
         finish(&r);
-        trainer_add_row(r.trainer, NULL);
+        fit_add_row(trainer_fit(r.trainer), NULL);
         const trainer_info *info = trainer_inspect(r.trainer);
         assert_true(measured ? info->errors.position < allowed : info->errors.position > 2e-3);
         assert_true(isfinite(history_value(&trainer_fit(r.trainer)->rows, 0, "data0_position")) ==

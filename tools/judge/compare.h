@@ -4,6 +4,7 @@
 #define TOOLS_JUDGE_COMPARE_H
 
 #include "tools/judge/judge.h"
+#include "tools/prepare/config_session.h"
 
 #include <stdbool.h>
 
@@ -56,6 +57,20 @@ void compare_network_name(char name[COMPARE_NAME], const nn_mlp_settings *networ
 
 /* ---- runs ---------------------------------------------------------------------------------- */
 
+/* Called after every step of training, and once more at its end. */
+typedef ad_status compare_step(void *context, session *s, bool is_last, ad_error *error);
+
+typedef struct compare_task {
+    const char *path;             /* of the YAML file */
+    const char *const *overrides; /* [override_count], as for --set */
+    int override_count;
+    bool is_solver;
+    int threads;        /* of a network; 0: one for each processor. The solver has one */
+    double seconds;     /* limit of training */
+    compare_step *step; /* of training; NULL: nobody looks on */
+    void *context;      /* of step */
+} compare_task;
+
 typedef struct compare_row {
     double seconds; /* of training and of preparing it, without evaluating errors */
     double step, loss, held_out;
@@ -95,21 +110,17 @@ typedef struct compare_results {
 ad_status compare_run_add(compare_run *run, const compare_row *row, ad_error *error);
 void compare_run_free(compare_run *run);
 
-/* A run as bytes, of malloc, for another process; and a run of them, as from zero. AD_NO_MEMORY. */
-ad_status compare_run_pack(const compare_run *run, void **bytes, size_t *size, ad_error *error);
-ad_status compare_run_unpack(const void *bytes, compare_run *run, ad_error *error);
-
 /* Prepares and takes one step, so that what cannot be trained is refused before anything is, and
  * what is loaded once is not charged to whoever comes first. Fills in names and parameters of the
  * cell but for the method; the seed that the config has. */
-ad_status compare_rehearse(const judge_task *task, judge_measure measure, compare_cell *cell,
+ad_status compare_rehearse(const compare_task *task, judge_measure measure, compare_cell *cell,
                            uint64_t *seed, ad_error *error);
 
 /* Trains; rows come at step 1, after each 5% of time, and at the end of stages. By the solver,
  * which needs no seed, rows are those of ever more nodes, in the place of steps. What the method
  * itself cannot do is no error, the run says so. The task's step is called as well. `run` is freed
  * by the caller in any case. */
-ad_status compare_do(const judge_task *task, judge_measure measure, compare_run *run,
+ad_status compare_do(const compare_task *task, judge_measure measure, compare_run *run,
                      ad_error *error);
 
 /* ---- statistics ---------------------------------------------------------------------------- */

@@ -32,37 +32,6 @@ void compare_run_free(compare_run *run)
     run->count = run->capacity = 0;
 }
 
-/* The run, and its rows behind it. */
-ad_status compare_run_pack(const compare_run *run, void **bytes, size_t *size, ad_error *error)
-{
-    const size_t rows = run->count * sizeof *run->rows;
-    char *to = malloc(sizeof *run + rows);
-    if (!to) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a run of %zu rows", run->count);
-    }
-    memcpy(to, run, sizeof *run);
-    if (rows > 0) {
-        memcpy(to + sizeof *run, run->rows, rows);
-    }
-    *bytes = to;
-    *size = sizeof *run + rows;
-    return AD_OK;
-}
-
-ad_status compare_run_unpack(const void *bytes, compare_run *run, ad_error *error)
-{
-    memcpy(run, bytes, sizeof *run);
-    const size_t rows = run->count * sizeof *run->rows;
-    run->capacity = run->count;
-    run->rows = malloc(rows + 1);
-    if (!run->rows) {
-        run->count = run->capacity = 0;
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a run of %zu bytes", rows);
-    }
-    memcpy(run->rows, (const char *)bytes + sizeof *run, rows);
-    return AD_OK;
-}
-
 bool compare_failed(const compare_run *run)
 {
     verdict_reason reason = verdict_worst(&run->verdict);
@@ -72,14 +41,20 @@ bool compare_failed(const compare_run *run)
 
 /* ---- rehearsal ----------------------------------------------------------------------------- */
 
-static ad_status open_session(const judge_task *task, session *s, ad_error *error)
+static ad_status read_task(const compare_task *task, config **settings, ad_error *error)
+{
+    return prepare_read_member(task->path, NULL, task->override_count, task->overrides, NULL,
+                               settings, error);
+}
+
+static ad_status open_session(const compare_task *task, session *s, ad_error *error)
 {
     config *settings;
-    ad_status status = judge_read(task, &settings, NULL, error);
+    ad_status status = read_task(task, &settings, error);
     return status == AD_OK ? config_session_create(settings, task->threads, s, error) : status;
 }
 
-static ad_status check_reference(const session *s, const judge_task *task, judge_measure measure,
+static ad_status check_reference(const session *s, const compare_task *task, judge_measure measure,
                                  ad_error *error)
 {
     if (!s->known) {
@@ -106,7 +81,7 @@ static void take_estimates(const session *s, compare_cell *cell)
     judge_measures(&of, cell->estimates);
 }
 
-ad_status compare_rehearse(const judge_task *task, judge_measure measure, compare_cell *cell,
+ad_status compare_rehearse(const compare_task *task, judge_measure measure, compare_cell *cell,
                            uint64_t *seed, ad_error *error)
 {
     session s = {.e = NULL};
@@ -114,9 +89,10 @@ ad_status compare_rehearse(const judge_task *task, judge_measure measure, compar
     if (status == AD_OK) {
         judge_name(cell->scene_name, s.e->settings->name);
         compare_network_name(cell->network, &s.e->settings->network);
-        judge_form(s.e, task->method, cell->form);
+        judge_form(s.e, cell->form);
         cell->parameters = s.e->count;
-        if (task->method == JUDGE_SOLVER) {
+        if (task->is_solver) {
+            strcpy(cell->form, judge_solver_form(s.e->scene, SOLVE_COLLOCATION));
             strcpy(cell->network, "-");
             cell->parameters = 0;
         }
@@ -134,21 +110,15 @@ ad_status compare_rehearse(const judge_task *task, judge_measure measure, compar
 
 /* ---- by a network -------------------------------------------------------------------------- */
 
-typedef struct recorder {
-    const judge_task *task;
-    compare_run *run;
-    size_t known; /* rows of the trainer's history */
-} recorder;
-
 /* The row that the trainer has evaluated last, at the clock of now. Its errors count where they are
  * those of the whole scene, not of its first windows alone. */
 static compare_row row_of(const session *s)
 {
     const fit *f = trainer_fit(s->trainer);
     const trainer_info *info = trainer_inspect(s->trainer);
-    const history *h = &trainer_fit(s->trainer)->rows;
+    const history *h = &f->rows;
     int windows = s->e->scene->windows;
-    compare_row row = {.seconds = fit_seconds(f) - info->row_seconds,
+    compare_row row = {.seconds = fit_seconds(f),
                        .step = (double)f->at.step,
                        .loss = f->loss,
                        .held_out = f->held_out,
@@ -159,48 +129,79 @@ static compare_row row_of(const session *s)
     return row;
 }
 
-/* The trainer's own rows, and ours when time has grown enough since the last. */
-static ad_status record(void *context, session *s, bool is_last, ad_error *error)
+/* A row for a step that has none: at the end, and when time has grown enough since the last. */
+static bool row_is_due(const session *s, const compare_run *run, bool is_last)
 {
-    recorder *to = context;
-    compare_run *run = to->run;
     const fit *f = trainer_fit(s->trainer);
-    const trainer_info *info = trainer_inspect(s->trainer);
-    const history *h = &trainer_fit(s->trainer)->rows;
-    bool has_row = h->count > to->known;
-    double last = run->count > 0 ? run->rows[run->count - 1].seconds : 0;
-    ad_status status = AD_OK;
-    run->seconds = fit_seconds(f) - info->row_seconds;
-    run->steps = f->at.step;
-    if (!is_last && !has_row && run->seconds >= row_growth * last) {
-        status = trainer_add_row(s->trainer, error);
-        has_row = true;
-    }
-    if (status == AD_OK && has_row) {
-        compare_row row = row_of(s);
-        to->known = h->count;
-        status = compare_run_add(run, &row, error);
-    }
-    return status == AD_OK && to->task->step ? to->task->step(to->task->context, s, is_last, error)
-                                             : status;
+    const double last = run->count > 0 ? run->rows[run->count - 1].seconds : 0;
+    const size_t count = f->rows.count;
+    const bool is_there =
+        count > 0 && history_value(&f->rows, count - 1, "step") == (double)f->at.step;
+    return is_last ? !is_there && f->at.step > 0 : run->seconds >= row_growth * last;
 }
 
-static ad_status train(const judge_task *task, compare_run *run, ad_error *error)
+/* The trainer's own rows, of which there were `known`, and ours. */
+static ad_status record(const compare_task *task, session *s, bool is_last, size_t *known,
+                        compare_run *run, ad_error *error)
 {
-    recorder to = {task, run, 0};
-    judge_task watched = *task;
-    judge_row row = judge_row_empty();
-    watched.step = record;
-    watched.context = &to;
-    ad_status status = judge_by_network(&watched, &row, error);
-    run->verdict = row.verdict;
+    const fit *f = trainer_fit(s->trainer);
+    ad_status status = AD_OK;
+    run->seconds = fit_seconds(f);
+    run->steps = f->at.step;
+    if (f->rows.count == *known && row_is_due(s, run, is_last)) {
+        status = fit_add_row(trainer_fit(s->trainer), error);
+    }
+    if (status == AD_OK && f->rows.count > *known) {
+        compare_row row = row_of(s);
+        *known = f->rows.count;
+        status = compare_run_add(run, &row, error);
+    }
+    return status == AD_OK && task->step ? task->step(task->context, s, is_last, error) : status;
+}
+
+static ad_status take_steps(const compare_task *task, session *s, compare_run *run, ad_error *error)
+{
+    const fit *f = trainer_fit(s->trainer);
+    size_t known = 0;
+    ad_status status = AD_OK;
+    while (status == AD_OK && f->state == FIT_RUNNING) {
+        if (signals_caught()) {
+            run->verdict.signal = signals_caught();
+            verdict_add(&run->verdict, VERDICT_SIGNAL, "stopped");
+            break;
+        }
+        if (fit_seconds(f) >= task->seconds) {
+            verdict_add(&run->verdict, VERDICT_TIME_LIMIT, "%g s in window %d of %d", task->seconds,
+                        s->e->window + 1, s->e->scene->windows);
+            break;
+        }
+        status = trainer_step(s->trainer, error);
+        status = status == AD_OK ? record(task, s, false, &known, run, error) : status;
+    }
+    status = status == AD_OK ? record(task, s, true, &known, run, error) : status;
+    if (status == AD_OK && f->state == FIT_OVER) {
+        trainer_verdict(s->trainer, &run->verdict);
+    }
+    return status;
+}
+
+static ad_status train(const compare_task *task, compare_run *run, ad_error *error)
+{
+    session s = {.e = NULL};
+    ad_status status = open_session(task, &s, error);
+    status = status == AD_OK ? take_steps(task, &s, run, error) : status;
+    if (status != AD_OK) {
+        verdict_add(&run->verdict, status == AD_NOT_FINITE ? VERDICT_NOT_FINITE : VERDICT_FAILED,
+                    "%s", error->message);
+    }
+    session_free(&s);
     return status == AD_NOT_FINITE ? AD_OK : status;
 }
 
 /* ---- by the solver ------------------------------------------------------------------------- */
 
 typedef struct sweep {
-    const judge_task *task;
+    const compare_task *task;
     judge_measure measure;
     compare_run *run;
     experiment *e;
@@ -235,11 +236,14 @@ static double add_row(void *context, int nodes, double seconds, const solution *
     return sweep->status == AD_OK && run->verdict.count == 0 ? row.errors[sweep->measure] : NAN;
 }
 
-static ad_status solve(const judge_task *task, judge_measure measure, compare_run *run,
+static ad_status solve(const compare_task *task, judge_measure measure, compare_run *run,
                        ad_error *error)
 {
     sweep x = {.task = task, .measure = measure, .run = run, .error = error};
-    ad_status status = judge_open(task, true, &x.e, &x.known, NULL, error);
+    config *settings;
+    ad_status status = read_task(task, &settings, error);
+    status = status == AD_OK ? config_experiment_create(settings, 1, &x.e, error) : status;
+    status = status == AD_OK ? reference_create(x.e, &x.known, error) : status;
     if (status == AD_OK) {
         status = solve_sweep(x.e->scene, reference_points(x.known), reference_t(x.known), add_row,
                              &x, error);
@@ -257,9 +261,8 @@ static ad_status solve(const judge_task *task, judge_measure measure, compare_ru
     return status;
 }
 
-ad_status compare_do(const judge_task *task, judge_measure measure, compare_run *run,
+ad_status compare_do(const compare_task *task, judge_measure measure, compare_run *run,
                      ad_error *error)
 {
-    return task->method == JUDGE_SOLVER ? solve(task, measure, run, error)
-                                        : train(task, run, error);
+    return task->is_solver ? solve(task, measure, run, error) : train(task, run, error);
 }

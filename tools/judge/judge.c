@@ -1,9 +1,5 @@
 #include "tools/judge/judge.h"
 
-#include "tools/judge/child.h"
-#include "tools/train/clock.h"
-
-#include <math.h>
 #include <string.h>
 
 static const struct {
@@ -11,12 +7,6 @@ static const struct {
 } measures[JUDGE_MEASURES] = {{"position", "relative L2 error of position"},
                               {"tip", "tip error / length"},
                               {"rotation", "rotation error, rad"}};
-
-const char *judge_method_name(judge_method method)
-{
-    static const char *const names[JUDGE_METHODS] = {"network", "solver"};
-    return names[method];
-}
 
 const char *judge_measure_name(judge_measure measure)
 {
@@ -63,75 +53,47 @@ void judge_name_of_file(char name[JUDGE_NAME], const char *path)
     }
 }
 
-/* ---- scenes -------------------------------------------------------------------------------- */
+/* ---- what a scene is made of ----------------------------------------------------------------- */
 
-ad_status judge_read(const judge_task *task, config **settings, double *seconds, ad_error *error)
+const char *judge_solver_form(const scene *rod_scene, solve_method method)
 {
-    double began = train_seconds();
-    ad_status status = prepare_read_member(task->path, NULL, task->override_count, task->overrides,
-                                           NULL, settings, error);
-    if (seconds) {
-        *seconds = train_seconds() - began;
-    }
-    return status;
+    return method == SOLVE_MODES                                      ? "strain modes"
+           : scene_is_dynamic(rod_scene) && !scene_is_beam(rod_scene) ? "spectral elements"
+                                                                      : "collocation";
 }
 
-ad_status judge_open(const judge_task *task, bool own, experiment **e, reference **known,
-                     double *seconds, ad_error *error)
+static const char *network_functions(const nn_mlp_settings *network)
 {
-    config *settings;
-    ad_status status = judge_read(task, &settings, seconds, error);
-    if (status == AD_OK) {
-        status = config_experiment_create(settings, 1, e, error);
-    }
-    return status == AD_OK && (own || isnan((*e)->settings->reference_tolerance))
-               ? reference_create(*e, known, error)
-               : status;
+    return network->hidden_count > 0 ? "a network"
+           : network->degree > 0     ? "polynomials"
+                                     : "random waves";
 }
 
-/* ---- in a process of its own --------------------------------------------------------------- */
-
-judge_row judge_row_empty(void)
+void judge_form(const experiment *e, char text[JUDGE_FORM])
 {
-    return (judge_row){.errors = {NAN, NAN, NAN},
-                       .seconds = NAN,
-                       .unknowns = NAN,
-                       .equations = NAN,
-                       .instructions = NAN,
-                       .points = NAN,
-                       .steps = NAN};
+    static const char *const of_rods[] = {[SCENE_MIXED] = "mixed form",
+                                          [SCENE_DISPLACEMENT] = "displacement form",
+                                          [SCENE_POSE_STRAIN] = "poses and strains",
+                                          [SCENE_STRAIN_FORM] = "strain form"};
+    const char *form = e->modes ? "strain modes"
+                       : scene_is_beam(e->scene) && e->scene->formulation == SCENE_DISPLACEMENT
+                           ? "strong form"
+                           : of_rods[e->scene->formulation];
+    snprintf(text, JUDGE_FORM, "%s by %s", form, network_functions(&e->settings->network));
 }
 
-static void work(const void *asked, void *result)
+int judge_unknowns(const experiment *e)
 {
-    const judge_task *task = asked;
-    ad_error ignored; /* it is in the verdict */
-    if (task->method == JUDGE_NETWORK) {
-        judge_by_network(task, result, &ignored);
-    } else {
-        judge_by_solver(task, result, &ignored);
-    }
+    return e->modes ? e->model->outputs : scene_physics_of(e->scene)->network_outputs(e->scene);
 }
 
-ad_status judge_run(const judge_task *task, judge_row *row, ad_error *error)
+int judge_equations(const experiment *e)
 {
-    child_end end;
-    char why[CHILD_WHY];
-    double began = train_seconds();
-    *row = judge_row_empty();
-    ad_status status = child_run(work, task, row, sizeof *row, task->patience, &end, why, error);
-    if (status != AD_OK) {
-        return status;
+    static const rod_residual_kind inside[] = {ROD_STRAIN, ROD_CURVATURE, ROD_FORCE,  ROD_MOMENT,
+                                               ROD_TENDON, ROD_TWIST,     ROD_TORSION};
+    int equations = 0;
+    for (size_t i = 0; i < sizeof inside / sizeof *inside; i++) {
+        equations += scene_physics_of(e->scene)->residual_rows(e->scene, inside[i]);
     }
-    if (end == CHILD_DIED) {
-        verdict_add(&row->verdict, VERDICT_DIED, "%s", why);
-    } else if (end == CHILD_LATE) { /* only training looks at the clock by itself */
-        verdict_add(&row->verdict,
-                    task->method == JUDGE_NETWORK ? VERDICT_KILLED : VERDICT_TIME_LIMIT,
-                    "killed after %.3g s", task->patience);
-    }
-    if (end != CHILD_TOLD) {
-        row->seconds = train_seconds() - began;
-    }
-    return AD_OK;
+    return e->modes ? e->model->outputs : equations;
 }

@@ -5,9 +5,7 @@
 #include "tools/judge/signals.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/help.h"
-#include "tools/programs/program_ranks.h"
 #include "tools/programs/progress.h"
-#include "tools/programs/ranks_queue.h"
 #include "tools/train/run.h"
 
 #include <stdlib.h>
@@ -27,7 +25,6 @@ typedef struct options {
     int seeds, threads;
     double seconds;
     bool quiet;
-    const ad_ranks *ranks; /* NULL: this process is by itself */
 } options;
 
 /* What a cell is made of. */
@@ -71,7 +68,7 @@ typedef struct assembled {
     char seed[48];
 } assembled;
 
-static judge_task task_of(const bench *b, int cell, const uint64_t *seed, assembled *texts)
+static compare_task task_of(const bench *b, int cell, const uint64_t *seed, assembled *texts)
 {
     const compare_method *method = &b->methods[b->plan[cell].method];
     const compare_network *network = &b->networks[b->plan[cell].network];
@@ -93,12 +90,12 @@ static judge_task task_of(const bench *b, int cell, const uint64_t *seed, assemb
         texts->texts[n++] = texts->seed;
     }
     texts->texts[n++] = "output.every=1000000000"; /* rows come by time instead */
-    return (judge_task){.path = b->o->configs.texts[b->plan[cell].scene],
-                        .overrides = texts->texts,
-                        .override_count = n,
-                        .method = method->is_solver ? JUDGE_SOLVER : JUDGE_NETWORK,
-                        .threads = b->o->threads,
-                        .seconds = b->o->seconds};
+    return (compare_task){.path = b->o->configs.texts[b->plan[cell].scene],
+                          .overrides = texts->texts,
+                          .override_count = n,
+                          .is_solver = method->is_solver,
+                          .threads = b->o->threads,
+                          .seconds = b->o->seconds};
 }
 
 /* --set must not undo what tells the runs apart. */
@@ -210,7 +207,7 @@ static ad_status rehearse(bench *b, ad_error *error)
     b->results.cells = b->cells;
     for (int i = 0; i < (int)cells && !signals_caught(); i++) {
         assembled texts;
-        judge_task task = task_of(b, i, NULL, &texts);
+        compare_task task = task_of(b, i, NULL, &texts);
         compare_cell *cell = &b->cells[i];
         cell->scene = b->plan[i].scene;
         strcpy(cell->method, b->methods[b->plan[i].method].name);
@@ -318,39 +315,32 @@ static ad_status show(void *context, session *s, bool is_last, ad_error *error)
     return AD_OK;
 }
 
-/* Seeds outermost, so that what else the machine does is spread over the methods, and what there
- * is after Ctrl-C compares. */
-static compare_run run_of(const bench *b, size_t index)
+static ad_status do_run(bench *b, int cell, uint64_t seed, ad_error *error)
 {
-    const int cells = b->results.cell_count, cell = (int)index % cells;
-    return (compare_run){.cell = cell, .seed = b->seeds[cell] + (uint64_t)((int)index / cells)};
-}
-
-static ad_status do_run(void *context, size_t index, ranks_result *result, ad_error *error)
-{
-    const bench *b = context;
     assembled texts;
-    compare_run run = run_of(b, index);
-    judge_task task = task_of(b, run.cell, &run.seed, &texts);
-    const bool is_shown = !b->o->quiet && !b->o->ranks; /* of several at once none is */
-    progress live = {.quiet = !is_shown, .limit = b->o->seconds};
-    task.step = is_shown ? show : NULL;
+    compare_task task = task_of(b, cell, &seed, &texts);
+    compare_run *run = &b->results.runs[b->results.run_count];
+    progress live = {.quiet = b->o->quiet, .limit = b->o->seconds};
+    *run = (compare_run){.cell = cell, .seed = seed};
+    task.step = b->o->quiet ? NULL : show;
     task.context = &live;
-    ad_status status = compare_do(&task, b->measure, &run, error);
+    ad_status status = compare_do(&task, b->measure, run, error);
     progress_clear(&live);
-    status =
-        status == AD_OK ? compare_run_pack(&run, &result->bytes, &result->size, error) : status;
-    compare_run_free(&run);
+    b->results.run_count++;
+    if (status == AD_OK) {
+        report(b, run, b->results.run_count, b->results.cell_count * b->o->seeds);
+    }
     return status;
 }
 
-static ad_status take_run(void *context, size_t index, const ranks_result *result, ad_error *error)
+/* Seeds outermost, so that what else the machine does is spread over the methods, and what there
+ * is after Ctrl-C compares. */
+static ad_status do_all(bench *b, ad_error *error)
 {
-    bench *b = context;
-    compare_run *run = &b->results.runs[b->results.run_count++];
-    ad_status status = compare_run_unpack(result->bytes, run, error);
-    if (status == AD_OK) {
-        report(b, run, (int)index + 1, b->results.cell_count * b->o->seeds);
+    const int cells = b->results.cell_count, count = cells * b->o->seeds;
+    ad_status status = AD_OK;
+    for (int i = 0; i < count && status == AD_OK && !signals_caught(); i++) {
+        status = do_run(b, i % cells, b->seeds[i % cells] + (uint64_t)(i / cells), error);
     }
     return status;
 }
@@ -461,33 +451,24 @@ static ad_status prepare(bench *b, ad_error *error)
     ad_status status = read_plan(b, error);
     status = status == AD_OK ? make_plan(b, error) : status;
     status = status == AD_OK ? rehearse(b, error) : status;
-    return status == AD_OK && !signals_caught() && ad_ranks_is_first(b->o->ranks)
-               ? choose_folder(b, error)
-               : status;
+    return status == AD_OK && !signals_caught() ? choose_folder(b, error) : status;
 }
 
 static int run(bench *b)
 {
     ad_error error = {AD_OK, ""};
-    int signal;
-    const ad_status prepared = prepare(b, &error);
-    if (prepared != AD_OK || signals_caught()) {
-        ranks_queue_none(b->o->ranks);
-        return prepared != AD_OK ? cli_fail_error(program, &error) : 128 + signals_caught();
+    ad_status status = prepare(b, &error);
+    if (status != AD_OK || signals_caught()) {
+        return status != AD_OK ? cli_fail_error(program, &error) : 128 + signals_caught();
     }
-    const int count = b->results.cell_count * b->o->seeds;
-    const ranks_jobs jobs = {(size_t)count, b, do_run, take_run};
-    say(b, "%d runs of at most %.3g s of training each -> %s\n", count, b->o->seconds, b->folder);
-    int result = ranks_queue(b->o->ranks, &jobs, &signal, &error) == AD_OK
-                     ? 0
-                     : cli_fail_error(program, &error);
-    const int stopped = signal ? ranks_queue_stopped(program, b->o->ranks, signal,
-                                                     (size_t)b->results.run_count, (size_t)count)
-                               : 0;
-    if (ad_ranks_is_first(b->o->ranks) && finish(b, &error) != AD_OK) {
+    say(b, "%d runs of at most %.3g s of training each -> %s\n",
+        b->results.cell_count * b->o->seeds, b->o->seconds, b->folder);
+    status = do_all(b, &error);
+    int result = status == AD_OK ? 0 : cli_fail_error(program, &error);
+    if (finish(b, &error) != AD_OK) {
         return cli_fail_error(program, &error);
     }
-    return stopped ? stopped : result;
+    return signals_caught() ? 128 + signals_caught() : result;
 }
 
 static int parse(int count, char **arguments, options *o)
@@ -523,23 +504,17 @@ static void bench_free(bench *b)
 int main(int count, char **arguments)
 {
     options o = {.seeds = 3, .seconds = 10, .error = "position"};
-    ad_error error;
-    if (ranks_begin(count, arguments, &o.ranks, &error) != AD_OK) {
-        return ranks_end(program, cli_fail_error(program, &error));
-    }
     int result = parse(count, arguments, &o);
     if (result != CLI_RUN) {
-        return ranks_end(program, result);
+        return result;
     }
     bench *b = calloc(1, sizeof *b);
     if (!b) {
-        cli_fail(program, "out of memory");
-        return ranks_end(program, 1);
+        return cli_fail(program, "out of memory"), 1;
     }
-    o.threads = ranks_threads(o.threads);
     b->o = &o;
     signals_catch();
     result = run(b);
     bench_free(b);
-    return ranks_end(program, result);
+    return result;
 }

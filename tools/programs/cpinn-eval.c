@@ -7,7 +7,6 @@
 #include "tools/programs/help.h"
 #include "tools/programs/launcher.h"
 #include "tools/programs/program_ranks.h"
-#include "tools/programs/ranks_queue.h"
 #include "tools/programs/samples.h"
 #include "tools/programs/solution_print.h"
 #include "tools/train/clock.h"

@@ -2,6 +2,7 @@
 #include "physics/beam/beam.h"
 #include "physics/learn/model.h"
 #include "tools/files/shapes_vtk.h"
+#include "tools/judge/judge.h"
 #include "tools/prepare/config_experiment.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/conclude.h"
@@ -159,6 +160,7 @@ static void tell(const void *of, json *to)
     if (solving->solved) {
         bool moves = scene_is_dynamic(solving->scene);
         json_text(to, "method", solve_method_names()[solving->asked.method]);
+        json_text(to, "form", judge_solver_form(solving->scene, solving->asked.method));
         json_integer(to, "nodes", r->nodes);
         if (r->mode_count > 0) {
             json_integer(to, "modes", r->mode_count);
@@ -466,7 +468,7 @@ static int solve_members_of(const options *o)
 
 int main(int argc, char **argv)
 {
-    solving x = {.asked = {.search.program = program}};
+    solving x = {.asked = {.search.program = program}, .errors = {NAN, NAN, NAN, NAN, NAN}};
     options *o = &x.asked;
     const cli_option list[] = {
         {"--tolerance", "X", CLI_NUMBER, &o->tolerance, 1e-13, 1},

@@ -1,5 +1,6 @@
 /* cpinn-train: train a network on a scene; see --help. */
 #include "autodiff/dense.h"
+#include "tools/judge/judge.h"
 #include "tools/judge/signals.h"
 #include "tools/prepare/config_session.h"
 #include "tools/programs/cli.h"
@@ -348,6 +349,7 @@ static ad_status grow(training *t, ad_error *error)
             !trainer_needs(t->s.trainer, modes, &degree)) {
             return AD_OK;
         }
+        const double spent = fit_seconds(trainer_fit(t->s.trainer));
         before = estimate;
         snprintf(texts[0], sizeof texts[0], "network.modes=[%d, %d, %d, %d]", modes[0], modes[1],
                  modes[2], modes[3]);
@@ -359,6 +361,7 @@ static ad_status grow(training *t, ad_error *error)
         session_free(&t->s);
         t->s = (session){.e = NULL};
         status = status == AD_OK ? prepare(t, settings, error) : status;
+        t->s.prepared += spent; /* all attempts count */
         status = status == AD_OK ? session_start(&t->s, error) : status;
         if (status != AD_OK) {
             return status;
@@ -408,6 +411,11 @@ static void tell(const void *of, json *to)
         json_integer(to, "window", f->at.window);
         json_integer(to, "windows", t->s.e->scene->windows);
         json_number(to, "training_seconds", fit_seconds(f));
+        char form[JUDGE_FORM];
+        judge_form(t->s.e, form);
+        json_text(to, "form", form);
+        json_integer(to, "unknowns", judge_unknowns(t->s.e));
+        json_integer(to, "equations", judge_equations(t->s.e));
         json_integer(to, "parameters", (int64_t)t->s.e->count);
         json_number(to, "points", info->points);
         json_integer(to, "threads", ad_pool_threads(t->s.e->pool));

@@ -6,7 +6,6 @@
 #include <stddef.h>
 
 extern const char *const help_bench[];
-extern const char *const help_cases[];
 extern const char *const help_check[];
 extern const char *const help_control[];
 extern const char *const help_eval[];

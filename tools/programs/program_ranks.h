@@ -35,12 +35,4 @@ double ranks_waited(void);
  * are ended. */
 int ranks_end(const char *program, int exit_status);
 
-/* Messages between rank 0 and another one, as ranks_queue.h has them. A message that has come, if
- * there is one: bytes of malloc, and whose. */
-void ranks_send(int to, size_t size, const void *message);
-bool ranks_receive(int *from, size_t *size, void **message);
-
-/* For rank 0: whether that rank is in ranks_end. */
-bool ranks_has_ended(int rank);
-
 #endif

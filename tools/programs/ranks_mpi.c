@@ -12,7 +12,7 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { TAG_END = 1, TAG_JOBS, WORDS = 512, SPINS = 1000 };
+enum { TAG_END = 1, WORDS = 512, SPINS = 1000 };
 
 static const double patience = 20; /* s, for others to come to an end */
 
@@ -252,44 +252,6 @@ int ranks_threads(int asked)
     }
     count = look_around(&here, &sharing);
     return count > sharing ? count / sharing : 1;
-}
-
-/* ---- messages -------------------------------------------------------------------------------- */
-
-void ranks_send(int to, size_t size, const void *message)
-{
-    if (size > INT_MAX) {
-        fprintf(stderr, "cpinn: more than 2^31 bytes are sent at once\n");
-        MPI_Abort(MPI_COMM_WORLD, EXIT_FAILURE);
-    }
-    MPI_Send(message, (int)size, MPI_BYTE, to, TAG_JOBS, mpi.control);
-}
-
-bool ranks_receive(int *from, size_t *size, void **message)
-{
-    MPI_Status status;
-    int found = 0, count;
-    MPI_Iprobe(MPI_ANY_SOURCE, TAG_JOBS, mpi.control, &found, &status);
-    if (!found) {
-        return false;
-    }
-    MPI_Get_count(&status, MPI_BYTE, &count);
-    *from = status.MPI_SOURCE;
-    *size = (size_t)count;
-    *message = malloc(*size + 1);
-    if (!*message) {
-        fprintf(stderr, "cpinn: out of memory for a message of %zu bytes\n", *size);
-        MPI_Abort(MPI_COMM_WORLD, EXIT_FAILURE);
-    }
-    MPI_Recv(*message, count, MPI_BYTE, *from, TAG_JOBS, mpi.control, MPI_STATUS_IGNORE);
-    return true;
-}
-
-bool ranks_has_ended(int rank)
-{
-    int found = 0;
-    MPI_Iprobe(rank, TAG_END, mpi.control, &found, MPI_STATUS_IGNORE);
-    return found;
 }
 
 /* ---- the end --------------------------------------------------------------------------------- */

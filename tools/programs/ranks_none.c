@@ -31,20 +31,3 @@ int ranks_end(const char *program, int exit_status)
     (void)program;
     return exit_status;
 }
-
-void ranks_send(int to, size_t size, const void *message)
-{
-    (void)to, (void)size, (void)message;
-}
-
-bool ranks_receive(int *from, size_t *size, void **message)
-{
-    (void)from, (void)size, (void)message;
-    return false;
-}
-
-bool ranks_has_ended(int rank)
-{
-    (void)rank;
-    return true;
-}

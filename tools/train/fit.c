@@ -27,6 +27,7 @@ fit fit_of(const train_settings *settings, const ad_ranks *ranks, const fit_kind
                  .held_out_ratio = NAN,
                  .started = now,
                  .stage_started = now,
+                 .still = NAN,
                  .best_held_out = INFINITY};
 }
 
@@ -44,14 +45,33 @@ ad_status fit_start(fit *f, ad_error *error)
     return status;
 }
 
+static double clock_of(const fit *f)
+{
+    return isnan(f->still) ? train_seconds() : f->still;
+}
+
 double fit_seconds(const fit *f)
 {
-    return train_seconds() - f->started;
+    return clock_of(f) - f->started;
 }
 
 double fit_stage_seconds(const fit *f)
 {
-    return f->state == FIT_OVER ? 0 : train_seconds() - f->stage_started;
+    return f->state == FIT_OVER ? 0 : clock_of(f) - f->stage_started;
+}
+
+ad_status fit_add_row(fit *f, ad_error *error)
+{
+    const bool runs = isnan(f->still);
+    f->still = runs ? train_seconds() : f->still;
+    const ad_status status = f->kind->row(f->of, error);
+    if (runs) {
+        const double passed = train_seconds() - f->still;
+        f->started += passed;
+        f->stage_started += passed;
+        f->still = NAN;
+    }
+    return status;
 }
 
 /* ---- interpolation --------------------------------------------------------------------------- */
@@ -180,13 +200,15 @@ ad_status fit_step(fit *f, ad_error *error)
     f->at.stage_step++;
     const char *end = reason_to_end(f, status);
     if (end || f->at.step == 1 || f->at.step % f->settings->output_every == 0) {
-        result = f->kind->row(f->of, error);
+        result = fit_add_row(f, error);
         if (result == AD_OK) {
             fit_watch(f, f->rows.count - 1);
         }
         end = end ? end : reason_to_end(f, status); /* the error is known only now */
     }
-    return result == AD_OK && end ? end_stage(f, end, status, error) : result;
+    result = result == AD_OK && end ? end_stage(f, end, status, error) : result;
+    f->still = f->state == FIT_OVER ? train_seconds() : NAN;
+    return result;
 }
 
 char *train_origin_text(const train_origin *origin)
@@ -263,6 +285,7 @@ static ad_status get_place(fit *f, const checkpoint *file, ad_error *error)
     at->window_step = at->step;
     at->stage = (int)stage;
     f->state = at->stage == stages ? FIT_OVER : FIT_RUNNING;
+    f->still = f->state == FIT_OVER ? f->started : NAN;
     f->started -= seconds;
     f->stage_started = train_seconds() - stage_seconds;
     return f->windows > 1 ? checkpoint_get_integer(file, "training/window_step", 0, at->step,

@@ -6,7 +6,7 @@
  *   training/stage        number of the stage at work, from 0; number of stages when it is over
  *   training/window_step  steps within the window at work; where there are several
  *   training/stage_step   steps within the stage
- *   training/seconds, training/stage_seconds  wall time so far, doubles
+ *   training/seconds, training/stage_seconds  time so far, doubles
  *   optimizer/...         the state of the optimiser at work */
 #ifndef TOOLS_TRAIN_FIT_H
 #define TOOLS_TRAIN_FIT_H
@@ -95,6 +95,7 @@ typedef struct fit {
     bool interpolates; /* it is above stop.held_out_ratio of the stage, or 100 where that is 0 */
 
     double started, stage_started; /* wall time at which they would have begun without pause */
+    double still;                  /* wall time at which the clock stands; NaN: it runs */
     double best_held_out;          /* of all rows of the window */
     int rows_apart;  /* of this stage: held-out loss far above, and no new minimum, in turn */
     char apart[128]; /* that this has been so for too long */
@@ -112,7 +113,12 @@ void fit_free(fit *f);
 /* One step, a row of history when it is due or a stage ends, and then what comes next. */
 ad_status fit_step(fit *f, ad_error *error);
 
-double fit_seconds(const fit *f); /* of wall time, what is resumed among it */
+/* A row of history now. */
+ad_status fit_add_row(fit *f, ad_error *error);
+
+/* Of wall time, what is resumed among it. The clock stands still while a row is made, which a user
+ * asks for and which is no part of the fit, and once the fit is over. */
+double fit_seconds(const fit *f);
 double fit_stage_seconds(const fit *f);
 
 /* The window that a row comes from, from 0. */

@@ -256,11 +256,11 @@ static ad_status check_ranks(const trainer *t, const double *x, ad_error *error)
                          (long long)t->fit.at.step);
 }
 
-ad_status trainer_add_row(trainer *t, ad_error *error)
+static ad_status add_row(void *of, ad_error *error)
 {
+    trainer *t = of;
     trainer_info *info = &t->info;
     fit *f = &t->fit;
-    double began = train_seconds();
     const double *x = trainer_parameters(t);
     ad_status status = check_ranks(t, x, error);
     status = status == AD_OK ? problem_held_out(t->problem, x, &f->held_out, NULL, error) : status;
@@ -274,9 +274,7 @@ ad_status trainer_add_row(trainer *t, ad_error *error)
     }
     double row[HISTORY_COLUMNS_MAX];
     fill_row(t, row);
-    status = status == AD_OK ? history_add(&f->rows, row, error) : status;
-    info->row_seconds += train_seconds() - began;
-    return status;
+    return status == AD_OK ? history_add(&f->rows, row, error) : status;
 }
 
 static double trained_loss(const void *of, size_t row)
@@ -520,14 +518,9 @@ static ad_status step(void *of, optim_status *result, bool *taken, ad_error *err
     return failed(*result) ? cannot_go_on(t, *result, error) : AD_OK;
 }
 
-static ad_status row(void *of, ad_error *error)
-{
-    return trainer_add_row(of, error);
-}
-
 static const fit_kind trained_network = {.start = start,
                                          .step = step,
-                                         .row = row,
+                                         .row = add_row,
                                          .trained = trained_loss,
                                          .end = end_stage,
                                          .turn = turn,

@@ -25,7 +25,6 @@ typedef struct trainer trainer;
 
 /* What is measured beside what the fit knows. */
 typedef struct trainer_info {
-    double row_seconds;      /* wall time spent on rows of the history in this process */
     double points;           /* per evaluation of the loss */
     reference_errors errors; /* of a family in the strain form the position is members.median */
     targets_errors members;  /* of such a family, else NaN */
@@ -62,9 +61,6 @@ ad_status trainer_step(trainer *t, ad_error *error);
  * when it is true the step is given up: trainer_step returns AD_OK with everything as it was before
  * it, the number of steps too. */
 void trainer_watch_stop(trainer *t, bool (*asked)(void *context), void *context);
-
-/* A row of history now, beside those of every output_every steps. */
-ad_status trainer_add_row(trainer *t, ad_error *error);
 
 const trainer_info *trainer_inspect(const trainer *t);
 fit *trainer_fit(trainer *t);
