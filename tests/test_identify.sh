@@ -47,10 +47,21 @@ check held out -- near "$(grep -A5 held_out half.json | sed -n 's/.*"rms": \([^,
 # Row by row: as many as there are, of which the distances have that rms; every coordinate that is computed.
 run 0 written "{$as_written}" --residuals rows.csv --json written.json
 check rows -- test "$(wc -l <rows.csv)" -eq 21
-check columns -- test "$(head -1 rows.csv)" = file,judged,s,turned,pull,x,x_computed,y,y_computed,z,z_computed,distance
-rms=$(awk -F, 'NR > 1 { n++; sum += $12^2; own = ($6 - $7)^2 + ($8 - $9)^2 + ($10 - $11)^2; worst += (own - $12^2)^2 }
+check columns -- test "$(head -1 rows.csv)" = \
+    file,data,judged,pose,marker,s,turned,pull,x,x_computed,y,y_computed,z,z_computed,distance,deviation
+rms=$(awk -F, 'NR > 1 { n++; sum += $15^2; own = ($9 - $10)^2 + ($11 - $12)^2 + ($13 - $14)^2; worst += (own - $15^2)^2 }
     END { printf "%.9g", worst < 1e-20 ? sqrt(sum / n) : 0 }' rows.csv)
 check distances -- near "$rms" "$(sed -n 's/.*"rms": \([^,]*\).*/\1/p' written.json)" 1e-6
+# With what was found given as numbers, the same rows; nothing is fitted, so that all may be held out.
+given=$(tr -d '\n ' <written.json | grep -o '"name":"[^"]*","value":[^,]*' | sed -n 's/"name":"\([^"]*\)","value":\(.*\)/--set parameters.\1=\2/p')
+run 0 written "{$as_written, held_out: true}" $given --residuals given.csv
+said stdout.txt '^  tips.csv +20 .* held out$'
+awk -F, 'NR == FNR { distance[FNR] = $15; next } FNR > 1 { off = $15 - distance[FNR]; if (off * off > worst) worst = off * off }
+    END { exit !(FNR == 21 && worst < 1e-24) }' rows.csv given.csv || failed other distances from given numbers
+run 2 cpinn-solve "$elastica" --residuals none.csv
+said stderr.txt '^cpinn-solve: --residuals: allowed: of a scene with data, without --at of its unknowns$'
+run 2 written "{$as_written}" $given --run kept
+said stderr.txt '^cpinn-solve: --run: allowed: of a scene with unknowns to be found$'
 refuse_written() {
     run 2 written "$2"
     said stderr.txt "$1"

@@ -89,6 +89,37 @@ static void rotation_of(const scene_seen *view, const place *p, double q[4])
     }
 }
 
+/* Where the marker is, m, along the directors. */
+static void marker_of(const scene_seen *view, const place *p, double offset[3])
+{
+    for (int i = 0; i < 3; i++) {
+        offset[i] = value(view, p, view->of->marker[i]);
+    }
+}
+
+void scene_seen_marker(const scene_seen *view, double s, double t, const double *parameters,
+                       double offset[3])
+{
+    const place p = at(view, s, t, parameters);
+    marker_of(view, &p, offset);
+}
+
+void scene_seen_place(const scene_seen *view, double s, double t, const double *parameters,
+                      double r[3])
+{
+    const place p = at(view, s, t, parameters);
+    double R[3][3], turn[4], from[3];
+    if (view->sees_frame) {
+        rotation_of(view, &p, turn);
+        rotation_matrix(turn, R);
+        memcpy(from, r, sizeof from);
+        to_world(R, from, r);
+        for (int i = 0; i < 3; i++) {
+            r[i] += value(view, &p, view->of->position[i]);
+        }
+    }
+}
+
 void scene_seen_take(const scene_seen *view, double s, double t, const double *parameters,
                      double r[3], double q[4])
 {
@@ -97,9 +128,7 @@ void scene_seen_take(const scene_seen *view, double s, double t, const double *p
     if (view->sees_marker) {
         double offset[3];
         double beside[3];
-        for (int i = 0; i < 3; i++) {
-            offset[i] = value(view, &p, view->of->marker[i]);
-        }
+        marker_of(view, &p, offset);
         rotation_matrix(q, R);
         to_world(R, offset, beside);
         for (int i = 0; i < 3; i++) {

@@ -41,6 +41,14 @@ double scene_seen_time(const scene_seen *view, double s, double t, const double 
 void scene_seen_take(const scene_seen *view, double s, double t, const double *parameters,
                      double r[3], double q[4]);
 
+/* The marker of that row, m along d1, d2, d3. */
+void scene_seen_marker(const scene_seen *view, double s, double t, const double *parameters,
+                       double offset[3]);
+
+/* A place r [3] as it is measured becomes that in the scene. */
+void scene_seen_place(const scene_seen *view, double s, double t, const double *parameters,
+                      double r[3]);
+
 #ifdef __cplusplus
 }
 #endif

@@ -108,7 +108,7 @@ static void check_found(const char *text, int count, const char *const *names, c
     config *settings = NULL;
     identified found;
     if (prepare_read("scene.yaml", text, 0, NULL, &settings, &error) != AD_OK ||
-        config_identify(settings, 1, NULL, NULL, &found, NULL, &error) != AD_OK) {
+        config_identify(settings, 1, NULL, NULL, &found, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     const scene *open = &settings->scene;
@@ -215,7 +215,7 @@ static void test_robust(void **state)
                  "t: c1, s: 1}}]\n",
                  path, robust ? "cauchy" : "squares");
         if (prepare_read("scene.yaml", text, 0, NULL, &settings, &error) != AD_OK ||
-            config_identify(settings, 1, NULL, NULL, &found, NULL, &error) != AD_OK) {
+            config_identify(settings, 1, NULL, NULL, &found, &error) != AD_OK) {
             fail_msg("%s", error.message);
         }
         off[robust] = fabs(found.value[0] - 1);
@@ -252,8 +252,7 @@ static void test_refusals(void **state)
                  "turned: 0}\n" ROD "data: [{file: %s, %s}]\n",
                  path, bad[i][0]);
         assert_int_equal(prepare_read("scene.yaml", text, 0, NULL, &settings, &error), AD_OK);
-        assert_int_equal(config_identify(settings, 1, NULL, NULL, &found, NULL, &error),
-                         AD_BAD_INPUT);
+        assert_int_equal(config_identify(settings, 1, NULL, NULL, &found, &error), AD_BAD_INPUT);
         assert_non_null(strstr(error.message, bad[i][1]));
         config_free(settings);
     }

@@ -1,6 +1,7 @@
 #include "tools/files/table_shapes.h"
 
 #include <stdbool.h>
+#include <stdio.h>
 #include <string.h>
 
 const double *table_source_column(const table_source *table, const char *name)
@@ -52,4 +53,11 @@ ad_status table_shapes_of(const table_source *table, table_shapes *shapes, ad_er
     }
     *shapes = x;
     return AD_OK;
+}
+
+void table_shapes_beside(const char *path, char beside[TABLE_PATH_MAX])
+{
+    const char *slash = strrchr(path, '/'), *dot = strrchr(slash ? slash : path, '.');
+    snprintf(beside, TABLE_PATH_MAX, "%.*s_shapes.h5",
+             (int)(dot ? (size_t)(dot - path) : strlen(path)), path);
 }

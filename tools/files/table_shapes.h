@@ -18,4 +18,9 @@ const double *table_source_column(const table_source *table, const char *name);
 /* AD_BAD_INPUT: no rows, or blocks of different size; a message without the file's name. */
 ad_status table_shapes_of(const table_source *table, table_shapes *shapes, ad_error *error);
 
+enum { TABLE_PATH_MAX = 4200 };
+
+/* "NAME_shapes.h5" of "NAME.csv": where shapes of a table stand that has other rows. */
+void table_shapes_beside(const char *path, char beside[TABLE_PATH_MAX]);
+
 #endif

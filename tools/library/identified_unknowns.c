@@ -31,8 +31,7 @@ ad_status cpinn_identify_file(const char *path, int count, const char *const *ov
     }
     ad_status status = prepare_read(path, NULL, count, overrides, &unknowns->settings, error);
     if (status == AD_OK) {
-        status =
-            config_identify(unknowns->settings, threads, NULL, NULL, &unknowns->found, NULL, error);
+        status = config_identify(unknowns->settings, threads, NULL, NULL, &unknowns->found, error);
     }
     if (status != AD_OK) {
         cpinn_unknowns_free(unknowns);

@@ -4,6 +4,7 @@
 #include "tools/train/measurements.h"
 #include "tools/train/robust.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -116,9 +117,18 @@ static ad_status find(const scene *open, const train_data *files, const measurem
                : identify(open, count, sets, asked, found, error);
 }
 
+/* What is wrong with data, with the place of its key. */
+static ad_status blame(const config *settings, ad_status status, const char *key,
+                       const ad_error *reason, ad_error *error)
+{
+    return status == AD_OK ? AD_OK
+           : status == AD_BAD_INPUT || status == AD_IO
+               ? config_refuse(settings, key, reason->message, error)
+               : ad_fail(error, status, "%s", reason->message);
+}
+
 ad_status config_identify(const config *settings, int threads, const int *modes,
-                          const least_squares_runner *runner, identified *found, judged *fit,
-                          ad_error *error)
+                          const least_squares_runner *runner, identified *found, ad_error *error)
 {
     const scene *open = &settings->scene;
     measurements *data = NULL;
@@ -140,39 +150,35 @@ ad_status config_identify(const config *settings, int threads, const int *modes,
         status = find(open, settings->settings.data, data, &asked, found, &reason);
         found->missing = measurements_missing(data);
     }
-    if (status == AD_OK && found->count > 0 && fit) {
-        status = measured_judge(open, data, found->value, threads, fit, &reason);
-    }
-    if (status == AD_BAD_INPUT || status == AD_IO) {
-        config_refuse(settings, key, reason.message, error);
-    } else if (status != AD_OK) {
-        ad_fail(error, status, "%s", reason.message);
-    }
     measurements_free(data);
-    return status;
+    return blame(settings, status, key, &reason, error);
 }
 
-ad_status config_residuals(const config *settings, int threads, const int *modes,
-                           const double *values, const char *path, ad_error *error)
+ad_status config_judge(const config *settings, int threads, const int *modes,
+                       const identified *found, judged *result, judged_rows **rows, ad_error *error)
 {
+    const scene *open = &settings->scene;
+    const train_settings *given = &settings->settings;
+    const char *const nobody[] = {NULL};
     measurements *data = NULL;
     char key[TRAIN_KEY_MAX] = "data";
     ad_error reason = {.message = ""};
-    ad_status status =
-        measurements_read(&settings->scene, &settings->settings, &data, key, &reason);
+    ad_status status = found->count > 0
+                           ? measurements_read(open, given, &data, key, &reason)
+                           : measurements_read_beside(open, given, 0, nobody, &data, key, &reason);
     if (status == AD_OK) {
+        const double deviation = found->count > 0                ? found->noise_factor
+                                 : measurements_tell_noise(data) ? 1
+                                                                 : NAN;
+        snprintf(key, sizeof key, "data");
         if (modes) {
             measurements_set_modes(data, modes);
         }
-        status = measured_write(&settings->scene, data, &settings->settings, values, threads, path,
-                                error);
-        measurements_free(data);
-        return status;
+        status = measured_judge(open, data, given, found->value, deviation, threads, result, rows,
+                                &reason);
     }
-    if (status == AD_BAD_INPUT || status == AD_IO) {
-        return config_refuse(settings, key, reason.message, error);
-    }
-    return ad_fail(error, status, "%s", reason.message);
+    measurements_free(data);
+    return blame(settings, status, key, &reason, error);
 }
 
 /* ---- restoring ----------------------------------------------------------------------------- */

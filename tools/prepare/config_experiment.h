@@ -25,15 +25,15 @@ ad_status config_experiment_open(const char *path, int count, const char *const 
 /* The unknowns of a scene from its data. threads: 0 means one per processor. modes [4]: of the
  * reduced rod by which recordings with inputs over time are followed, as reduced_settings has them;
  * NULL: the usual. AD_BAD_INPUT: there are none, or no data; errors of identify, with the place of
- * the key that is to blame. fit (may be NULL): how far the scene is from each file with them, where
- * the search has ended. */
+ * the key that is to blame. */
 ad_status config_identify(const config *settings, int threads, const int *modes,
-                          const least_squares_runner *runner, identified *found, judged *fit,
-                          ad_error *error);
+                          const least_squares_runner *runner, identified *found, ad_error *error);
 
-/* A table of what was measured and what is computed at values [unknown_count] of the unknowns
- * (measured_write). Errors as of this and config_identify. */
-ad_status config_residuals(const config *settings, int threads, const int *modes,
-                           const double *values, const char *path, ad_error *error);
+/* How far the scene is from each file of its data; rows (may be NULL): row by row, as of
+ * measured_judge. found: of config_identify, or with count 0, of a scene without unknowns, of whose
+ * data all may be held out. Errors as above. */
+ad_status config_judge(const config *settings, int threads, const int *modes,
+                       const identified *found, judged *result, judged_rows **rows,
+                       ad_error *error);
 
 #endif

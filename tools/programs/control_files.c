@@ -1,8 +1,7 @@
 #include "tools/programs/control_run.h"
 
+#include "tools/files/table_shapes.h"
 #include "tools/programs/section_size.h"
-
-#include <string.h>
 
 static ad_status write_table(const control_row *row, const char *path, ad_error *error)
 {
@@ -25,10 +24,8 @@ ad_status control_write_shapes(const control_row *row, const scene *plant, const
 ad_status control_write(const control_row *row, const scene *plant, const char *path,
                         ad_error *error)
 {
-    char shapes[4200];
-    const char *slash = strrchr(path, '/'), *dot = strrchr(slash ? slash : path, '.');
+    char shapes[TABLE_PATH_MAX];
     const ad_status status = write_table(row, path, error);
-    snprintf(shapes, sizeof shapes, "%.*s_shapes.h5",
-             (int)(dot ? (size_t)(dot - path) : strlen(path)), path);
+    table_shapes_beside(path, shapes);
     return status == AD_OK ? control_write_shapes(row, plant, shapes, error) : status;
 }

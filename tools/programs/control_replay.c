@@ -1,6 +1,7 @@
 #include "tools/programs/control_replay.h"
 
 #include "tools/files/file_bytes.h"
+#include "tools/programs/estimates.h"
 #include "tools/train/measurements.h"
 
 #include <math.h>
@@ -117,16 +118,8 @@ void replays_json(const config *of, const replays *x, json *to)
         json_integer(to, "refused", r->refused);
         json_number(to, "doubt", r->doubt);
         json_number(to, "filter_seconds", r->seconds);
-        json_open(to, "estimates", '[');
-        for (int k = 0; k < x->estimates; k++) {
-            json_open(to, NULL, '{');
-            json_text(to, "name", of->control.estimate[k]);
-            json_number(to, "value", r->estimate[k]);
-            json_number(to, "standard_deviation", r->deviation[k]);
-            json_number(to, "recorded", r->recorded[k]);
-            json_close(to, '}');
-        }
-        json_close(to, ']');
+        estimates_json(to, x->estimates, of->control.estimate, r->estimate, r->deviation,
+                       "recorded", r->recorded);
         json_close(to, '}');
     }
     json_close(to, ']');

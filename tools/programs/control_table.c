@@ -1,5 +1,7 @@
 #include "tools/programs/control_run.h"
 
+#include "tools/programs/estimates.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -182,16 +184,8 @@ void control_json(int count, const control_row *rows, json *to)
             json_times(to, "filter_seconds", r->filter);
             json_times(to, "control_seconds", r->control);
             json_times(to, "seconds", r->both);
-            json_open(to, "estimates", '[');
-            for (int k = 0; k < row->control.estimate_count; k++) {
-                json_open(to, NULL, '{');
-                json_text(to, "name", row->control.estimate[k]);
-                json_number(to, "value", r->estimate[k]);
-                json_number(to, "standard_deviation", r->deviation[k]);
-                json_number(to, "truth", r->truth[k]);
-                json_close(to, '}');
-            }
-            json_close(to, ']');
+            estimates_json(to, row->control.estimate_count, row->control.estimate, r->estimate,
+                           r->deviation, "truth", r->truth);
             json_open(to, "innovations", '[');
             for (int k = 0; k < row->control.measurement_count; k++) {
                 json_number(to, NULL, r->innovation[k]);

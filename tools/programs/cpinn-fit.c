@@ -6,6 +6,7 @@
 #include "tools/programs/conclude.h"
 #include "tools/programs/equation_picture.h"
 #include "tools/programs/equation_places.h"
+#include "tools/programs/estimates.h"
 #include "tools/programs/help.h"
 #include "tools/programs/picture_file.h"
 #include "tools/train/clock.h"
@@ -115,10 +116,7 @@ static void tell(const void *of, json *to)
     json_integer(to, "steps", s.steps);
     json_open(to, "unknowns", '[');
     for (int i = 0; i < s.unknowns; i++) {
-        json_open(to, NULL, '{');
-        json_text(to, "name", m->own_unknowns[i].name);
-        json_number(to, "value", s.unknown[i]);
-        json_number(to, "standard_deviation", s.deviation[i]);
+        estimate_open(to, m->own_unknowns[i].name, s.unknown[i], s.deviation[i]);
         json_close(to, '}');
     }
     json_close(to, ']');

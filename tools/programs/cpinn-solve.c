@@ -217,19 +217,24 @@ static ad_status solve(solving *solving, ad_error *error)
     return status;
 }
 
-/* What is to be identified, before the scene is solved with it. Of a family the search is all,
- * unless a member is asked for. */
+/* What data say: unknowns, before the scene is solved with them, and how far it is from each file.
+ * Of a family that is all, unless a member is asked for. */
 static ad_status find_unknowns(solving *solving, ad_error *error)
 {
     options *o = &solving->asked;
     memcpy(solving->unknown.modes, o->modes, sizeof o->modes);
-    ad_status status = unknowns_find(o->config, &o->overrides, o->at, o->threads, &o->search,
-                                     &solving->unknown, error);
-    if (status == AD_OK && !solving->unknown.settings && (o->search.folder || o->residuals)) {
-        return ad_fail(error, AD_BAD_INPUT, "%s: allowed: of a scene with unknowns to be found",
-                       o->residuals ? "--residuals" : "--run");
+    unknowns *unknown = &solving->unknown;
+    ad_status status = unknowns_find(o->config, &o->overrides, o->at, o->threads,
+                                     o->residuals != NULL, &o->search, unknown, error);
+    if (status == AD_OK && o->residuals && !unknown->settings) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "--residuals: allowed: of a scene with data, without --at of its unknowns");
     }
-    if (status != AD_OK || !solving->unknown.settings) {
+    if (status == AD_OK && o->search.folder &&
+        (!unknown->settings || unknown->open->unknown_count == 0)) {
+        return ad_fail(error, AD_BAD_INPUT, "--run: allowed: of a scene with unknowns to be found");
+    }
+    if (status != AD_OK || !unknown->settings) {
         return status;
     }
     snprintf(solving->name, sizeof solving->name, "%s", solving->unknown.settings->settings.name);
@@ -241,8 +246,9 @@ static ad_status find_unknowns(solving *solving, ad_error *error)
         verdict_add(&solving->verdict, VERDICT_SIGNAL, "stopped and saved; --resume goes on");
         return AD_OK;
     }
-    identified_verdict(&solving->unknown.found, &solving->unknown.settings->scene,
-                       &solving->verdict);
+    if (unknown->found.count > 0) {
+        identified_verdict(&unknown->found, unknown->open, &solving->verdict);
+    }
     if (!o->quiet) {
         unknowns_print(&solving->unknown);
         if (solving->only_identified) {
@@ -250,8 +256,7 @@ static ad_status find_unknowns(solving *solving, ad_error *error)
         }
     }
     if (o->residuals) {
-        status = config_residuals(solving->unknown.settings, o->threads, solving->unknown.modes,
-                                  solving->unknown.found.value, o->residuals, error);
+        status = unknowns_write(unknown, o->residuals, o->quiet, error);
     }
     return status;
 }
@@ -286,7 +291,7 @@ static ad_status prepare(solving *solving, ad_error *error)
     }
     if (status == AD_OK && !solving->only_identified) {
         status = prepare_read_member(o->config, NULL, o->overrides.count, o->overrides.texts,
-                                     solving->unknown.settings ? solving->unknown.at : o->at,
+                                     *solving->unknown.at ? solving->unknown.at : o->at,
                                      &solving->settings, error);
     }
     if (status != AD_OK || solving->only_identified) {

@@ -222,9 +222,8 @@ static table_source places(const looped *l, const double *const columns[4])
 /* NAME_shapes.h5 beside NAME.csv, if it is there. */
 static ad_status read_shapes(looped *l, ad_error *error)
 {
-    char path[4200];
-    const char *dot = strrchr(l->x->source, '.');
-    snprintf(path, sizeof path, "%.*s_shapes.h5", (int)(dot - l->x->source), l->x->source);
+    char path[TABLE_PATH_MAX];
+    table_shapes_beside(l->x->source, path);
     if (access(path, F_OK) != 0) {
         return AD_OK;
     }

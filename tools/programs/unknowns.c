@@ -1,7 +1,10 @@
 #include "tools/programs/unknowns.h"
 
 #include "tools/files/file_bytes.h"
+#include "tools/files/table_shapes.h"
 #include "tools/prepare/config_experiment.h"
+#include "tools/programs/estimates.h"
+#include "tools/programs/section_size.h"
 #include "tools/train/clock.h"
 
 #include <math.h>
@@ -47,8 +50,22 @@ static void join_at(unknowns *unknowns, const char *at, const double *values)
     }
 }
 
+static ad_status search(unknowns *unknowns, int threads, fit_run *run, ad_error *error)
+{
+    const double start = train_seconds();
+    const least_squares_runner runner = fit_run_by(run);
+    ad_status status = fit_run_ask(run, unknowns->settings, error, "# unknowns of a scene\n");
+    if (status == AD_OK) {
+        status = config_identify(unknowns->settings, threads, unknowns->modes, &runner,
+                                 &unknowns->found, error);
+    }
+    unknowns->seconds = train_seconds() - start;
+    return status;
+}
+
 ad_status unknowns_find(const char *scene_file, const cli_list *overrides, const char *at,
-                        int threads, fit_run *run, unknowns *unknowns, ad_error *error)
+                        int threads, bool wants_rows, fit_run *run, unknowns *unknowns,
+                        ad_error *error)
 {
     bool given = false;
     ad_status status = config_read(scene_file, NULL, overrides->count, overrides->texts,
@@ -60,7 +77,9 @@ ad_status unknowns_find(const char *scene_file, const cli_list *overrides, const
     for (int i = 0; i < unknowns->open->unknown_count; i++) {
         given = given || is_given(at, unknown_of(unknowns, i)->name);
     }
-    if (unknowns->settings->scene.unknown_count == 0 || given) {
+    const bool searches = unknowns->open->unknown_count > 0;
+    const bool has_data = unknowns->settings->settings.data_count > 0;
+    if (given || !(searches || has_data)) {
         unknowns_free(unknowns);
         return AD_OK;
     }
@@ -68,7 +87,7 @@ ad_status unknowns_find(const char *scene_file, const cli_list *overrides, const
     if (status != AD_OK) {
         return status;
     }
-    if (at && unknowns->settings->settings.data_count > 0) {
+    if (at && has_data) {
         config *member; /* what is wrong with it is said before the search */
         join_at(unknowns, at, unknowns->open->guess + scene_known_count(unknowns->open));
         status = prepare_read_member(scene_file, NULL, overrides->count, overrides->texts,
@@ -78,16 +97,11 @@ ad_status unknowns_find(const char *scene_file, const cli_list *overrides, const
         }
         config_free(member);
     }
-    const double start = train_seconds();
-    const least_squares_runner runner = fit_run_by(run);
-    status = fit_run_ask(run, unknowns->settings, error, "# unknowns of a scene\n");
-    if (status == AD_OK) {
-        status = config_identify(unknowns->settings, threads, unknowns->modes, &runner,
-                                 &unknowns->found, &unknowns->fit, error);
-    }
-    unknowns->seconds = train_seconds() - start;
+    status = searches ? search(unknowns, threads, run, error) : AD_OK;
     if (status == AD_OK && !run->signal) {
         join_at(unknowns, at, unknowns->found.value);
+        status = config_judge(unknowns->settings, threads, unknowns->modes, &unknowns->found,
+                              &unknowns->fit, wants_rows ? &unknowns->rows : NULL, error);
     }
     return status;
 }
@@ -95,6 +109,7 @@ ad_status unknowns_find(const char *scene_file, const cli_list *overrides, const
 void unknowns_free(unknowns *x)
 {
     config_free(x->settings);
+    measured_rows_free(x->rows);
     *x = (unknowns){.settings = NULL};
 }
 
@@ -136,7 +151,7 @@ static void print_fit(const unknowns *unknowns)
     }
 }
 
-void unknowns_print(const unknowns *unknowns)
+static void print_found(const unknowns *unknowns)
 {
     const identified *found = &unknowns->found;
     printf("identified from %zu numbers", found->residuals);
@@ -167,7 +182,29 @@ void unknowns_print(const unknowns *unknowns)
         printf(", by a noise of %.3g", found->noise_factor);
     }
     putchar('\n');
+}
+
+void unknowns_print(const unknowns *unknowns)
+{
+    if (unknowns->found.count > 0) {
+        print_found(unknowns);
+    }
     print_fit(unknowns);
+}
+
+ad_status unknowns_write(const unknowns *unknowns, const char *path, bool quiet, ad_error *error)
+{
+    char beside[TABLE_PATH_MAX];
+    const table_source *rows = measured_rows_table(unknowns->rows);
+    const table_source *shapes = measured_rows_shapes(unknowns->rows);
+    table_shapes_beside(path, beside);
+    ad_status status = table_write(path, rows, error);
+    status = status == AD_OK ? section_write(beside, shapes, unknowns->open, true, error) : status;
+    if (status == AD_OK && !quiet) {
+        printf("wrote %s: %zu rows; %s has the shapes, cpinn-show makes a page of both\n", path,
+               rows->nrows, file_bytes_name(beside));
+    }
+    return status;
 }
 
 /* ---- as JSON ------------------------------------------------------------------------------- */
@@ -175,10 +212,7 @@ void unknowns_print(const unknowns *unknowns)
 static void write_unknown(const unknowns *unknowns, int i, json *to)
 {
     const identified *found = &unknowns->found;
-    json_open(to, NULL, '{');
-    json_text(to, "name", unknown_of(unknowns, i)->name);
-    json_number(to, "value", found->value[i]);
-    json_number(to, "standard_deviation", found->deviation[i]);
+    estimate_open(to, unknown_of(unknowns, i)->name, found->value[i], found->deviation[i]);
     json_number(to, "low", unknown_of(unknowns, i)->low);
     json_number(to, "high", unknown_of(unknowns, i)->high);
     json_text(to, "known_by",
@@ -190,6 +224,10 @@ static void write_unknown(const unknowns *unknowns, int i, json *to)
 
 static void write_fit(const unknowns *unknowns, json *to)
 {
+    if (unknowns->fit.count == 0) {
+        json_null(to, "files");
+        return;
+    }
     json_open(to, "files", '[');
     for (int i = 0; i < unknowns->fit.count; i++) {
         const judged_set *set = &unknowns->fit.set[i];
@@ -197,7 +235,7 @@ static void write_fit(const unknowns *unknowns, json *to)
         json_open(to, NULL, '{');
         json_text(to, "file", data->file);
         json_text(to, "quantity", train_quantity_names()[data->quantity]);
-        json_text(to, "judged", set->held_out ? "held_out" : "fitted");
+        json_text(to, "judged", measured_how(unknowns->open, set->held_out));
         json_integer(to, "rows", (long long)set->rows);
         json_number(to, "rms", set->rms);
         json_number(to, "mean", set->mean);
@@ -210,7 +248,7 @@ static void write_fit(const unknowns *unknowns, json *to)
     json_close(to, ']');
 }
 
-void unknowns_json(const unknowns *unknowns, json *to)
+static void write_found(const unknowns *unknowns, json *to)
 {
     const identified *found = &unknowns->found;
     if (found->count == 0) {
@@ -252,7 +290,6 @@ void unknowns_json(const unknowns *unknowns, json *to)
         json_close(to, '}');
     }
     json_close(to, ']');
-    write_fit(unknowns, to);
     json_number(to, "chi_squared", found->chi_squared);
     json_integer(to, "numbers", (long long)found->residuals);
     json_integer(to, "missing", (long long)found->missing);
@@ -262,4 +299,10 @@ void unknowns_json(const unknowns *unknowns, json *to)
     json_integer(to, "solutions", found->solutions);
     json_number(to, "seconds", unknowns->seconds);
     json_close(to, '}');
+}
+
+void unknowns_json(const unknowns *unknowns, json *to)
+{
+    write_found(unknowns, to);
+    write_fit(unknowns, to);
 }

@@ -1,4 +1,5 @@
-/* Unknowns of a scene found from its data, for programs: search, table and JSON. */
+/* What data say of a scene, for programs: unknowns that are found from them, how far the scene is
+ * from each file, tables and JSON. */
 #ifndef TOOLS_PROGRAMS_UNKNOWNS_H
 #define TOOLS_PROGRAMS_UNKNOWNS_H
 
@@ -9,27 +10,34 @@
 #include "tools/train/judged.h"
 
 typedef struct unknowns {
-    config *settings; /* of the scene with open names; NULL: it is another's, or has no unknowns */
+    config *settings; /* of the scene with open names; NULL: there are no data, or values of
+                       * unknowns are given */
     const scene *open;
-    identified found;
-    judged fit; /* count 0: not known */
+    identified found;  /* count 0: nothing is unknown, or the search was stopped */
+    judged fit;        /* count 0: not known */
+    judged_rows *rows; /* NULL: not wanted */
     double seconds;
     int modes[4];  /* as config_identify has them */
     char at[1600]; /* what was asked for by --at, and the values found */
 } unknowns;
 
 /* Reads the scene, and where it has unknowns of which `at` (may be NULL) has no value finds them
- * from its data, as `run` says; where that is stopped nothing is found. threads: 0 means one per
- * processor. AD_BAD_INPUT, without data too; errors of identify. */
+ * from its data, as `run` says; where that is stopped nothing is found. Then data are judged, also
+ * of a scene without unknowns, with rows where they are wanted. threads: 0 means one per processor.
+ * AD_BAD_INPUT, with unknowns and without data too; errors of identify. */
 ad_status unknowns_find(const char *scene_file, const cli_list *overrides, const char *at,
-                        int threads, fit_run *run, unknowns *unknowns, ad_error *error);
+                        int threads, bool wants_rows, fit_run *run, unknowns *unknowns,
+                        ad_error *error);
 void unknowns_free(unknowns *unknowns);
 
 /* The parameters that are neither found nor given by `at`, so that no member is meant. */
 bool unknowns_leave_family(const unknowns *unknowns, const char *at);
 
 void unknowns_print(const unknowns *unknowns);
-/* "identified": null where there are none. */
+/* The residuals to `path`, and shapes of the rod beside it, where rows were wanted; says so unless
+ * quiet. Errors of table_write. */
+ad_status unknowns_write(const unknowns *unknowns, const char *path, bool quiet, ad_error *error);
+/* "identified" and "files": null where there are none. */
 void unknowns_json(const unknowns *unknowns, json *to);
 
 #endif
