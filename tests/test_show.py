@@ -2,6 +2,7 @@
 
     test_show.py structure REPORT.html TABLE.csv   HTML, JSON, numbers: those of the table
     test_show.py wall REPORT.html WALL.obj         a wall of quads and triangles, in mm
+    test_show.py residuals REPORT.html ROWS.csv    rows of test_show.sh: those of the file, and in closed form
     test_show.py looks REPORT.html                 in Chromium; 77: there is none
     test_show.py browser REPORT.html TABLE.csv [OTHER.html...]
                                                    the picture in Chromium; 77: there is none
@@ -105,6 +106,52 @@ def structure(path, table):
     room = 20_000 + 3 * 4 * 4 / 3 * count + 26 * 2 * 4 / 3 * count
     assert data < room, (data, room)
     assert os.path.getsize(path) < data + 100_000  # what shows it
+
+
+def residuals(path, file):
+    """Statistics, rows and poses as the file has them; places in the axes of the scene in closed form, to
+    the last digit of a float; and shapes, to how places of pictures are rounded."""
+    report, page = read_page(path)
+    with open(file) as opened:
+        rows = list(csv.DictReader(opened))
+    of, single = report["residuals"], lambda x: struct.unpack("f", struct.pack("f", x))[0]
+    known = lambda name: [float(row[name]) for row in rows]
+    shown = {c["name"]: numbers(c, len(rows))[0] for c in of["columns"] + of["known"]}
+    for name in ("pose", "marker", "s", "distance", "pull"):
+        assert list(shown[name]) == [single(x) for x in known(name)], (name, shown[name])
+    assert list(shown["pose"]) == [1, 1, 2, 2, 3, 3] and list(shown["marker"]) == 3 * [1, 2]
+    for c in of["components"]:
+        for found, x, y in zip(numbers(c, len(rows))[0], known(c["name"]), known(c["name"] + "_computed")):
+            assert found == single(x - y) or math.isnan(found) and math.isnan(x), (c["name"], found, x - y)
+    assert [e["judged"] for e in of["entries"]] == ["compared", "held_out"]
+    for entry, first, end, whole in zip(of["entries"], (0, 4), (4, 6), (3, 2)):
+        distance = sorted(known("distance")[i] for i in range(first, end) if rows[i]["y"] not in ("", "nan"))
+        assert entry["rows"] == len(distance) == whole and entry["first"] == first and entry["end"] == end
+        for name, value in (("mean", sum(distance) / whole), ("worst", distance[-1]),
+                            ("median", (distance[(whole - 1) // 2] + distance[whole // 2]) / 2),
+                            ("rms", math.sqrt(sum(d * d for d in distance) / whole))):
+            assert abs(entry[name] - value) <= 1e-14 * value, (name, entry[name], value)
+        assert known("distance")[entry["worst_row"]] == distance[-1]
+    # a marker 10 mm beside an arc; its own solver is asked for 1e-8 of the length, 2e-9 m
+    for i, row in enumerate(rows):
+        s, k = float(row["s"]), float(row["pull"]) * 8 / 3
+        model = ((1 - math.cos(k * s)) / k + 0.01 * math.cos(k * s), 0,
+                 math.sin(k * s) / k - 0.01 * math.sin(k * s))
+        measured = (model[0], 0, model[2] + (2e-3 if i == 5 else 0))
+        for axis in range(3):
+            found = [numbers(of["places"][axis + 3 * side], len(rows))[0][i] for side in (0, 1)]
+            assert math.isnan(found[0]) or abs(found[0] - measured[axis]) < 2e-8, (i, axis, found, measured)
+            assert math.isnan(found[1]) or abs(found[1] - model[axis]) < 3e-8, (i, axis, found, model)
+    motion, frames = report["motion"], of["poses"]
+    assert frames == [1, 2, 3] and motion["frames"] == 3
+    places = {c["name"]: numbers(c, 3 * motion["points"]) for c in motion["columns"]}
+    along = numbers(motion["s"][0], motion["points"])[0]
+    for pose in range(3):
+        for p, s in enumerate(along):
+            k = 0.5 * (pose + 1) * 8 / 3
+            for name, exact in (("x", (1 - math.cos(k * s)) / k), ("y", 0), ("z", math.sin(k * s) / k)):
+                values, rounding = places[name]
+                assert abs(values[pose * motion["points"] + p] - exact) < rounding + 2e-8, (pose, s, name)
 
 
 def wall(path, file):
@@ -404,6 +451,26 @@ def drags(browser, path):
           f"parameters by {found[3]:.1e} of their ranges, {found[4]:.2f} ms each")
 
 
+def chooses(browser, path):
+    """Rows of test_show.sh: the page begins with the largest, a file and a row are chosen by a click."""
+    words = lambda id: browser.evaluate(f"byId('{id}').textContent")
+    assert "Largest: 2 mm at pose 3" in words("files"), words("files")
+    assert "marker 2, s = 200 mm: off by 2 mm (" in words("answer") and "pose 3" in words("now")
+    assert browser.evaluate("byId('answer').textContent === byId('picture').getAttribute('aria-label')")
+    cells = browser.evaluate("[...document.querySelectorAll('#files tbody tr')[1].cells].map(x => x.textContent)")
+    assert cells[2:6] == ["2", "1.414 mm", "1 mm", "1 mm"], cells
+    browser.evaluate("document.querySelectorAll('#files tbody tr')[0].click()")
+    assert browser.evaluate("[byId('time').min, byId('time').max]") == ["0", "1"], "poses of that file"
+    dots = browser.evaluate("residuals.charts[0].about.series.map(one => one.count)")
+    assert dots == [2, 2] or dots == [1, 2], dots  # of each marker; one has a coordinate less
+    browser.evaluate("""(() => { const chart = residuals.charts[0], one = chart.about.series[0];
+        const box = chart.svg.getBoundingClientRect(), scale = box.width / chart.width;
+        chart.svg.dispatchEvent(new MouseEvent("click", {
+            clientX: box.left + scale * chart.toX(one.x(0)) + 2,
+            clientY: box.top + scale * chart.toY(one.y(0)) - 2 })); })()""")
+    assert "pose 1:" in words("now") and "pull = 0.5" in words("answer"), words("now")
+
+
 def looks(browser, path, kind):
     """A page of any kind: it is drawn, plays at the space key, fits a telephone, without errors."""
     browser.open(path)
@@ -416,6 +483,8 @@ def looks(browser, path, kind):
                                "return [b.left, b.top, b.width, b.height].map(Math.floor) })()")
         found = colours(browser, box[0] + 8, box[1] + 8, box[2] - 16, min(box[3], 780 - box[1]) - 16)
         assert found > 200, (path, found, "a sky alone has fewer")  # shaded, and with a map of colours
+    if browser.evaluate("!!report.residuals"):
+        chooses(browser, path)
     if frames > 1:
         before = browser.evaluate("byId('now').textContent")
         browser.press(" ")
@@ -430,7 +499,8 @@ def looks(browser, path, kind):
     assert charts + tables > 0, path
     names = "[...document.querySelectorAll('summary')].map(x => x.textContent).join()"
     if frames > 1:
-        of = "The tip over time" if browser.evaluate("!!report.motion.t") else "The tips of all members"
+        of = browser.evaluate("report.residuals ? 'The largest residuals' : report.motion.t ? "
+                              "'The tip over time' : 'The tips of all members'")
         assert of in browser.evaluate(names), (path, of)
     numbers = "[...document.querySelectorAll('.chart text')]"
     cut = f"{numbers}.filter(x => x.getBBox().x < 0).map(x => x.textContent).join()"
@@ -455,6 +525,8 @@ if __name__ == "__main__":
         chromium = Browser()
         looks(chromium, sys.argv[2], os.path.basename(sys.argv[2]))
         chromium.close()
+    elif sys.argv[1] == "residuals":
+        residuals(sys.argv[2], sys.argv[3])
     elif sys.argv[1] == "wall":
         wall(sys.argv[2], sys.argv[3])
     else:

@@ -4,7 +4,8 @@
 # markers went down by 6.5, 17.0 and 25.7 mm.
 recordings=python/realbeam_experiments/Measurement_data
 take srl-ethz/diffPD_sim2real $recordings
-run fit.txt cpinn-solve "$scenes/eth_beam.yaml" --data "data/$recordings" --tolerance 1e-3 --json fit.json
+run fit.txt cpinn-solve "$scenes/eth_beam.yaml" --data "data/$recordings" --tolerance 1e-3 --json fit.json \
+    --residuals residuals.csv
 
 mm() { # number of that key, in mm
     awk -v x="$(number "$1" fit.json "$2")" 'BEGIN { printf "%.2f", 1e3 * x }'
@@ -21,3 +22,4 @@ for load in "no load" "52 g" "102 g"; do
         physics_held_out="$(mm rms $((k + 9)))"
     k=$((k + 1))
 done
+run page.txt cpinn-show residuals.csv

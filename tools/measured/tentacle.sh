@@ -2,13 +2,15 @@
 # and density found by the authors, and of that with their network for the rest, which was trained on 20 of the shapes.
 data=paper_results/secVa_system_identification/data
 take tud-phi/soromox $data/measured_pts.npy
-run fit.txt cpinn-solve "$scenes/tentacle.yaml" --data data/$data --json fit.json
+run fit.txt cpinn-solve "$scenes/tentacle.yaml" --data data/$data --json fit.json --residuals residuals.csv
 row "markers; E and density found: mean" unit=mm rows="$(number rows fit.json)" published=15.8 \
     physics="$(times 1000 "$(number mean fit.json)")" seconds="$seconds"
 row "E" unit=kPa physics="$(times 0.001 "$(number value fit.json)")" \
     deviation="$(times 0.001 "$(number standard_deviation fit.json)")"
 row "density" unit=kg/m3 physics="$(times 1 "$(number value fit.json 2)")" \
     deviation="$(times 1 "$(number standard_deviation fit.json 2)")"
+
+run page.txt cpinn-show residuals.csv
 
 # With the markers' places found, and a residual of the curvature at rest. Then two shapes are left out of all that is
 # fitted, twelve times.

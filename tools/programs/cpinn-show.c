@@ -126,6 +126,9 @@ static bool has_shapes(const char *path)
 static ad_status show_read(showing *showing, const table_build *read, ad_error *error)
 {
     const table_source *table = &read->table;
+    if (show_is_residuals(showing->table)) {
+        return show_residuals(showing, table, error);
+    }
     if (table_source_column(table, "true_x")) {
         return show_loop(showing, table, error);
     }
@@ -147,7 +150,7 @@ static ad_status show_read(showing *showing, const table_build *read, ad_error *
 
 static ad_status show_table(showing *showing, ad_error *error)
 {
-    static const char *const words[] = {"source", "reason", NULL};
+    static const char *const words[] = {"source", "reason", "file", "judged", NULL};
     show_title_of(showing, showing->source);
     ad_status status =
         table_read_words(showing->source, TABLE_NONFINITE, words, &showing->table, error);

@@ -10,6 +10,8 @@
  *               "advice" that says why there is none
  *   workspace   {rows, columns, says, directions, moves}: tips of members and what is known of each
  *   paths       [motion of one point, ...] of a closed loop: wanted, then what was gone
+ *   residuals   rows, what they are of and how far they are off, of the poses of a motion:
+ *               show_residuals
  *   curves      [{title, x, x_unit, y, y_unit, log, series: [{name, dashed, x, y, half}]}]
  *   tables      [{title, columns: [...], rows: [[...], ...]}]
  *   images      [{title, data}]  SVG
@@ -54,6 +56,9 @@ ad_status show_motion(json *to, const table_source *table, const char *const *la
                       const table_source *reference, const char *reference_name, show_kept *kept,
                       ad_error *error);
 
+/* All shapes of a table as "motion", with nothing but their places. */
+ad_status show_poses(json *to, const table_source *table, ad_error *error);
+
 /* A place over time, columns t, x, y, z, as a member of "paths". */
 ad_status show_path(json *to, const char *name, const table_source *table, ad_error *error);
 /* The value of q at s and t, of a family that of its member [parameter_count]; 0: it is not given.
@@ -80,9 +85,11 @@ extern const char *const show_text_page[],
                                           *const show_text_charts[],
                                               *const show_text_live[],
                                                   *const show_text_workspace[],
-                                                      *const show_text_picture[],
-                                                          *const show_text_player[],
-                                                              *const show_text_main[];
+                                                      *const show_text_residuals[],
+                                                          *const show_text_measured[],
+                                                              *const show_text_picture[],
+                                                                  *const show_text_player[],
+                                                                      *const show_text_main[];
 
 /* Ends `to` and writes the page. AD_IO, AD_NO_MEMORY. */
 ad_status show_page(json *to, const char *title, const char *path, ad_error *error);

@@ -204,8 +204,8 @@ static void put_shapes(json *to, const table_source *table, const table_shapes *
     for (size_t k = 0; k < table->ncols; k++) {
         const char *name = table->names[k];
         const double *values = table->columns[k];
-        if ((places_alone && !is_place(name)) || values == from->s || values == from->t ||
-            values == from->member || is_angular_velocity(name) ||
+        if ((places_alone && !is_place(name) && strcmp(name, "radius") != 0) || values == from->s ||
+            values == from->t || values == from->member || is_angular_velocity(name) ||
             (table->words && table->words[k])) {
             continue;
         }
@@ -251,6 +251,21 @@ ad_status show_motion(json *to, const table_source *table, const char *const *la
         }
     }
     json_close(to, '}');
+    return status;
+}
+
+ad_status show_poses(json *to, const table_source *table, ad_error *error)
+{
+    table_shapes from;
+    show_kept kept;
+    ad_status status = table_shapes_of(table, &from, error);
+    status = status == AD_OK ? keep(&from, SIZE_MAX, SHOW_POINTS_MAX, &kept, error) : status;
+    if (status == AD_OK) {
+        json_open(to, "motion", '{');
+        put_shapes(to, table, &from, &kept, true);
+        json_close(to, '}');
+        show_kept_free(&kept);
+    }
     return status;
 }
 

@@ -35,12 +35,13 @@ static void put_data(FILE *file, const char *text)
     fputs(text, file);
 }
 
-/* What computes shapes, or draws tips, is only where there are some. */
+/* What computes shapes, or draws tips or residuals, is only where there are some. */
 static void put_page(FILE *file, const char *title, const char *data)
 {
     static const char *const nothing[] = {NULL};
     const bool is_live = strstr(data, "\"live\": {") != NULL,
-               has_tips = strstr(data, "\"workspace\": {") != NULL;
+               has_tips = strstr(data, "\"workspace\": {") != NULL,
+               has_rows = strstr(data, "\"residuals\": {") != NULL;
     for (const char *const *line = show_text_page; *line; line++) {
         if (strstr(*line, "<!--title-->")) {
             fputs("<title>", file);
@@ -48,6 +49,7 @@ static void put_page(FILE *file, const char *title, const char *data)
             fputs("</title>\n", file);
         } else if (strstr(*line, "<!--style-->")) {
             put_lines(file, show_text_style);
+            put_lines(file, has_rows ? show_text_measured : nothing);
         } else if (strstr(*line, "<!--data-->")) {
             put_data(file, data);
         } else if (strstr(*line, "<!--script-->")) {
@@ -57,6 +59,7 @@ static void put_page(FILE *file, const char *title, const char *data)
                                                   show_text_charts,
                                                   is_live ? show_text_live : nothing,
                                                   has_tips ? show_text_workspace : nothing,
+                                                  has_rows ? show_text_residuals : nothing,
                                                   show_text_picture,
                                                   show_text_player,
                                                   show_text_main};

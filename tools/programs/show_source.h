@@ -112,6 +112,10 @@ ad_status show_live(showing *showing, cpinn_family *family, size_t points, const
 ad_status show_workspace(showing *showing, cpinn_family *family, size_t points, const double *s,
                          ad_error *error);
 
+/* Rows of cpinn-solve --residuals, with the shapes beside them if they are there. */
+bool show_is_residuals(const table_file *table);
+ad_status show_residuals(showing *showing, const table_source *table, ad_error *error);
+
 ad_status show_loop(showing *showing, const table_source *table, ad_error *error);
 
 /* "name" of "folder/name.yaml". */

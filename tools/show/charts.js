@@ -42,9 +42,9 @@ function decades(low, high) {
 const superscript = k => String(k).replace(/[-0-9]/g,
     c => (c === "-" ? "\u207b" : "\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079"[c]));
 
-/* about: { title, x, xUnit, yUnit, log, series: [{ name, count, x(i), y(i), dashed, half(i) }],
+/* about: { title, x, xUnit, yUnit, log, series: [{ name, count, x(i), y(i), dashed, dots, half(i) }],
  * colours, seek }; half: of a band around y; so many colours are taken in turn (6).
- * seek(x): where the user has clicked. */
+ * seek(x, event): where the user has clicked. */
 class Chart {
     constructor(parent, about) {
         this.about = about;
@@ -52,6 +52,7 @@ class Chart {
         this.height = 190;
         this.room = { left: 58, right: 12, top: 8, bottom: 34 };
         const card = element("div", { class: "card chart" }, parent);
+        this.card = card;
         this.title = element("h2", { text: about.title }, card);
         this.svg = element("svg", { viewBox: `0 0 ${this.width} ${this.height}`,
             role: "img", "aria-label": about.title }, card);
@@ -60,7 +61,7 @@ class Chart {
         this.draw();
         this.svg.addEventListener("pointermove", event => this.#hover(event));
         this.svg.addEventListener("pointerleave", () => this.#say(this.at));
-        this.svg.addEventListener("click", event => about.seek && about.seek(this.#xOf(event)));
+        this.svg.addEventListener("click", event => about.seek && about.seek(this.#xOf(event), event));
     }
 
     #range() {
@@ -156,8 +157,9 @@ class Chart {
         this.title.textContent = about.title + (y.unit && !about.log ? ` (${y.unit})` : "");
         about.series.forEach((one, k) => one.half && element("path", { class: "band",
             style: `fill: ${this.#colour(k)}`, d: this.#band(one) }, this.svg));
-        this.paths = about.series.map((one, k) => element("path", { class: "curve",
-            style: `stroke: ${this.#colour(k)}` + (one.dashed ? "; stroke-dasharray: 5 4" : ""),
+        this.paths = about.series.map((one, k) => element("path", { class: one.dots ? "dots" : "curve",
+            style: `stroke: ${this.#colour(k)}` + (one.dashed ? "; stroke-dasharray: 5 4" : "")
+                + (one.dots && one.count < 200 ? "; stroke-width: 5" : ""),
             d: this.#path(one) }, this.svg));
         this.cursor = element("line", { class: "cursor", x1: 0, x2: 0, y1: top, y2: floor,
             visibility: "hidden" }, this.svg);
@@ -203,7 +205,8 @@ class Chart {
                 continue;
             }
             text += (up ? "M" : "L") + this.toX(one.x(i)).toFixed(1) + " " + y.toFixed(1);
-            up = false;
+            text += one.dots ? "h0" : "";
+            up = Boolean(one.dots);
         }
         return text;
     }

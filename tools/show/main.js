@@ -205,6 +205,9 @@ async function begin() {
         element("p", { text: `This browser does not compute shapes: ${why.message}` },
             byId("charts"));
     }) : null;
+    if (residuals && report.motion) {
+        report.motion.labels = residuals.labels();
+    }
     const motion = report.motion ? new Motion(report.motion) : null;
     let player = null;
     if (motion && motion.isPlaced) {
@@ -217,11 +220,16 @@ async function begin() {
         if (live) {
             sliders = new Sliders(live, player);
         }
-        addMotionCharts(player);
-        addNumbers(player);
+        if (!residuals) {
+            addMotionCharts(player);
+            addNumbers(player);
+        }
     } else {
         byId("figure").remove();
         document.querySelector("main").classList.add("single");
+    }
+    if (residuals) {
+        residuals.open(player);
     }
     addReportCharts(player);
     addRest();

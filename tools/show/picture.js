@@ -4,8 +4,12 @@
 const report = JSON.parse(document.getElementById("data").textContent);
 const byId = id => document.getElementById(id);
 
-/* "#time=0.2&colour=moment&hide=path,floor&size=900x600&theme=dark&play=1", to link to a picture. */
+/* "#time=0.2&colour=moment&hide=path,floor&size=900x600&theme=dark&play=1&file=2", to link to a
+ * picture; file: of measured rows, from 0 on. */
 const asked = new URLSearchParams(location.hash.slice(1));
+
+/* Of a page of measured rows, residuals.js. */
+const residuals = report.residuals ? new Residuals(report.residuals) : null;
 
 /* ---- what can be shown as colour ----------------------------------------------------------- */
 
@@ -105,9 +109,10 @@ class Picture {
         this.paths = paths; /* of a closed loop: wanted, then what was gone */
         this.scene = report.scene || null;
         this.workspace = null;
+        this.residuals = residuals; /* null: nothing was measured */
         this.wanted = null; /* where a tip was dragged to */
         this.shown = { directors: false, loads: true, actuators: true, reference: true, path: true,
-            floor: true, through: false, wall: true };
+            floor: true, through: false, wall: true, markers: true };
         this.mesh = new Mesh();
         this.canvas = byId("picture");
         this.labels = byId("labels").getContext("2d");
@@ -184,6 +189,7 @@ class Picture {
         for (let i = 0; tips && i < report.workspace.rows; i += 10) {
             seen.push(tips.map(c => c.at(i)));
         }
+        seen.push(...(this.residuals ? this.residuals.placesSeen() : []));
         const wall = report.wall;
         for (let i = 0; wall && i < wall.corners; i += Math.ceil(wall.corners / 500)) {
             seen.push(this.wall.places.map(c => c.at(i)));
@@ -220,7 +226,7 @@ class Picture {
         this.floor = Math.min(...places.map(p => dot(p, up))) - 0.05 * size - this.radius;
         const inside = this.guided.some(g => Math.max(...g.offset.map(o => Math.max(-o.low, o.high)))
             < thickest * this.thicker);
-        this.shown.through = inside;
+        this.shown.through = inside || this.residuals !== null;
         for (const name of (asked.get("hide") || "").split(",")) {
             this.shown[name] = false;
         }
@@ -315,6 +321,9 @@ class Picture {
         }
         if (this.shown.actuators) {
             this.#drawActuators(pose);
+        }
+        if (this.residuals && this.shown.markers) {
+            this.residuals.drawMarkers(this, frame);
         }
         if (this.wall && this.shown.wall) {
             this.#drawWall();

@@ -28,7 +28,7 @@ class Player {
         this.quantity = this.quantities.find(q => q.name === wanted)
             || (wanted === "plain" ? null : this.quantities[0]) || null;
         this.charts = [];
-        this.at = this.drawn = this.followed = 0;
+        this.at = this.drawn = this.followed = this.first = 0;
         this.playing = false;
         this.handle = null; /* { place(), drag(eye, place) } of a tip that is dragged */
         this.last = report.live ? 0 : motion.frames - 1; /* behind it are others of the range */
@@ -58,7 +58,7 @@ class Player {
         byId("play").onclick = () => this.play(!this.playing);
         const usual = this.#usualSpeed();
         const speeds = motion.t ? [...new Set([0.1, 0.25, 0.5, 1, 2, 4, usual])].sort((a, b) => a - b)
-            : [5, 10, 20];
+            : [5, 10, 20, ...(this.last > 200 ? [100] : [])];
         for (const speed of speeds) {
             const option = element("option", { value: speed, text: motion.t
                 ? digits(speed, 3) + " \u00d7 real time" : speed + " a second" }, byId("speed"));
@@ -79,7 +79,7 @@ class Player {
             ["through", "See through", motion.points > 1],
             ["reference", picture.reference ? "Reference: " + picture.reference.name : "",
                 Boolean(picture.reference)],
-            ["path", picture.paths.length ? "Wanted path, path" : "Path of the tip", motion.t && this.last > 0], ["wall", "Wall", !!report.wall], ["floor", "Grid", true]];
+            ["path", picture.paths.length ? "Wanted path, path" : "Path of the tip", motion.t && this.last > 0], ["wall", "Wall", !!report.wall], ["markers", "Markers", residuals !== null], ["floor", "Grid", true]];
         this.boxes = {};
         for (const [key, text, there] of offers) {
             if (there) {
@@ -215,7 +215,7 @@ class Player {
             " ": () => this.play(!this.playing),
             ArrowLeft: () => { this.play(false); this.go(Math.ceil(this.at) - 1); },
             ArrowRight: () => { this.play(false); this.go(Math.floor(this.at) + 1); },
-            Home: () => this.go(0),
+            Home: () => this.go(this.first),
             End: () => this.go(this.last),
             r: () => { camera.reset(); this.draw(); },
             d: () => toggle("directors"),
@@ -252,7 +252,7 @@ class Player {
     }
 
     go(at) {
-        this.at = Math.min(this.last, Math.max(0, at));
+        this.at = Math.min(this.last, Math.max(this.first, at));
         this.draw();
     }
 
@@ -268,7 +268,8 @@ class Player {
                 const t = timeAt(this.motion, this.at) + passed;
                 this.at = t >= this.motion.t.at(this.last) ? 0 : frameAt(this.motion, t);
             } else {
-                this.at = (this.at + passed) % (this.last + 1);
+                const next = this.at + passed;
+                this.at = next < this.last + 1 ? next : this.first;
             }
             this.draw();
             document.body.dataset.drawn = ++this.drawn;
