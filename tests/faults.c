@@ -38,7 +38,7 @@ static long first;
 static bool further, kills;
 
 /* HDF5 and SUNDIALS use some memory without looking whether they have got it; the programs try
- * before whether there is plenty (hdf5_image_silence, solve_vectors_fit). */
+ * before whether there is plenty (hdf5_image_read, solve_vectors_fit). */
 static bool is_in_library(void)
 {
     void *callers[24];

@@ -393,19 +393,11 @@ static ad_status read_contents(const reader *from, hid_t file)
     return AD_OK;
 }
 
-static ad_status read_image(const reader *from, const unsigned char *bytes, size_t size)
+static ad_status read_image(hid_t file, void *context)
 {
-    hdf5_printer printer;
-    if (!hdf5_image_silence(&printer, size)) {
-        return no_memory(from);
-    }
-    hid_t file = hdf5_image_open(bytes, size);
-    ad_status status = file < 0
-                           ? refuse(from->error, from->path, "cannot be opened by HDF5: damaged")
-                           : read_contents(from, file);
-    hdf5_image_close(file);
-    hdf5_image_restore(&printer);
-    return status == AD_BAD_INPUT && printer.no_memory ? no_memory(from) : status;
+    const reader *from = context;
+    return file < 0 ? refuse(from->error, from->path, "cannot be opened by HDF5: damaged")
+                    : read_contents(from, file);
 }
 
 /* Read the file's bytes and check all of them before HDF5 sees any. The first bytes are judged
@@ -458,7 +450,9 @@ ad_status checkpoint_open(const char *path, checkpoint **cp, ad_error *error)
     if (from.cp) {
         from.cp->path = checkpoint_copy(path);
     }
-    status = from.cp && from.cp->path ? read_image(&from, bytes, size) : no_memory(&from);
+    status =
+        from.cp && from.cp->path ? hdf5_image_read(bytes, size, read_image, &from) : AD_NO_MEMORY;
+    status = status == AD_NO_MEMORY ? no_memory(&from) : status;
     free(bytes);
     if (status != AD_OK) {
         checkpoint_free(from.cp);

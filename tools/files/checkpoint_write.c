@@ -32,49 +32,20 @@ hid_t checkpoint_memory_type(checkpoint_kind kind)
                                       : H5T_NATIVE_UINT64;
 }
 
-/* Attribute with `count` elements, or a scalar if count is 0. */
-static bool write_attribute(hid_t object, const char *name, hid_t type, hid_t from, size_t count,
-                            const void *data)
-{
-    hid_t space =
-        count == 0 ? H5Screate(H5S_SCALAR) : H5Screate_simple(1, (const hsize_t[]){count}, NULL);
-    hid_t attribute = space < 0 ? H5I_INVALID_HID
-                                : H5Acreate2(object, name, type, space, H5P_DEFAULT, H5P_DEFAULT);
-    bool written = attribute >= 0 && H5Awrite(attribute, from, data) >= 0;
-    hdf5_image_close(attribute);
-    hdf5_image_close(space);
-    return written;
-}
-
-static bool write_text_attribute(hid_t object, const char *name, const char *text)
-{
-    hid_t type = hdf5_image_text_type(strlen(text) + 1);
-    bool written = type >= 0 && write_attribute(object, name, type, type, 0, text);
-    hdf5_image_close(type);
-    return written;
-}
-
 static bool write_columns(hid_t dataset, const checkpoint_item *item)
 {
-    size_t width = 1;
-    for (size_t k = 0; k < item->columns; k++) {
-        size_t needed = strlen(item->column_names[k]) + 1;
-        width = needed > width ? needed : width;
-    }
-    char *names = calloc(item->columns, width);
+    size_t width;
+    char *names = hdf5_image_words((const char *const *)item->column_names, item->columns, &width);
     hid_t type = hdf5_image_text_type(width);
-    for (size_t k = 0; names && k < item->columns; k++) {
-        strcpy(names + k * width, item->column_names[k]);
-    }
-    bool written =
-        names && type >= 0 && write_attribute(dataset, "columns", type, type, item->columns, names);
+    bool written = names && type >= 0 &&
+                   hdf5_image_attribute(dataset, "columns", type, type, item->columns, names);
     hdf5_image_close(type);
     free(names);
     return written;
 }
 
 /* Make the groups above an item. */
-static bool write_groups(hid_t file, const char *name, hid_t group_creation)
+static bool write_groups(hid_t file, const char *name)
 {
     char prefix[CHECKPOINT_MAX_NAME + 1];
     for (const char *slash = strchr(name, '/'); slash; slash = strchr(slash + 1, '/')) {
@@ -83,7 +54,7 @@ static bool write_groups(hid_t file, const char *name, hid_t group_creation)
         if (H5Lexists(file, prefix, H5P_DEFAULT) > 0) {
             continue;
         }
-        hid_t group = H5Gcreate2(file, prefix, H5P_DEFAULT, group_creation, H5P_DEFAULT);
+        hid_t group = hdf5_image_group(file, prefix);
         hdf5_image_close(group);
         if (group < 0) {
             return false;
@@ -92,70 +63,46 @@ static bool write_groups(hid_t file, const char *name, hid_t group_creation)
     return true;
 }
 
-static bool write_item(hid_t file, const checkpoint_item *item, hid_t dataset_creation)
+static bool write_item(hid_t file, const checkpoint_item *item)
 {
     hsize_t shape[CHECKPOINT_MAX_RANK] = {item->shape[0], item->shape[1], item->shape[2]};
     bool is_text = item->kind == CHECKPOINT_TEXT;
     hid_t text = is_text ? hdf5_image_text_type(item->count + 1) : H5I_INVALID_HID;
-    hid_t type = is_text ? text : file_type(item->kind);
-    hid_t from = is_text ? text : checkpoint_memory_type(item->kind);
-    hid_t space = is_text || item->rank == 0 ? H5Screate(H5S_SCALAR)
-                                             : H5Screate_simple(item->rank, shape, NULL);
-    hid_t dataset =
-        H5Dcreate2(file, item->name, type, space, H5P_DEFAULT, dataset_creation, H5P_DEFAULT);
-    bool written = dataset >= 0;
-    if (written && (is_text || item->count > 0)) {
-        written =
-            H5Dwrite(dataset, from, H5S_ALL, H5S_ALL, H5P_DEFAULT, checkpoint_item_data(item)) >= 0;
-    }
-    if (written && item->columns > 0) {
-        written = write_columns(dataset, item);
-    }
+    hid_t dataset = hdf5_image_dataset(file, item->name, is_text ? text : file_type(item->kind),
+                                       is_text ? text : checkpoint_memory_type(item->kind),
+                                       is_text ? 0 : item->rank, shape, checkpoint_item_data(item));
+    bool written = dataset >= 0 && (item->columns == 0 || write_columns(dataset, item));
     hdf5_image_close(dataset);
-    hdf5_image_close(space);
     hdf5_image_close(text);
     return written;
 }
 
-static bool write_contents(hid_t file, const checkpoint *cp)
+static bool write_contents(hid_t file, const void *context)
 {
+    const checkpoint *cp = context;
     int64_t version = CHECKPOINT_FORMAT_VERSION;
     uint64_t digest = checkpoint_digest(cp);
-    hid_t dataset_creation = hdf5_image_creation(H5P_DATASET_CREATE);
-    hid_t group_creation = hdf5_image_creation(H5P_GROUP_CREATE);
     bool written =
-        dataset_creation >= 0 && group_creation >= 0 &&
-        write_text_attribute(file, "format", CHECKPOINT_MAGIC) &&
-        write_attribute(file, "format_version", H5T_STD_I64LE, H5T_NATIVE_INT64, 0, &version) &&
-        write_text_attribute(file, "library_version", cp->library_version) &&
-        write_attribute(file, "checksum", H5T_STD_U64LE, H5T_NATIVE_UINT64, 0, &digest);
+        hdf5_image_text(file, "format", CHECKPOINT_MAGIC) &&
+        hdf5_image_attribute(file, "format_version", H5T_STD_I64LE, H5T_NATIVE_INT64, 0,
+                             &version) &&
+        hdf5_image_text(file, "library_version", cp->library_version) &&
+        hdf5_image_attribute(file, "checksum", H5T_STD_U64LE, H5T_NATIVE_UINT64, 0, &digest);
     for (size_t k = 0; written && k < cp->count; k++) {
-        written = write_groups(file, cp->items[k].name, group_creation) &&
-                  write_item(file, &cp->items[k], dataset_creation);
+        written = write_groups(file, cp->items[k].name) && write_item(file, &cp->items[k]);
     }
-    hdf5_image_close(group_creation);
-    hdf5_image_close(dataset_creation);
     return written;
 }
 
 /* The whole file as bytes; the caller owns them. */
 static ad_status build_file(const checkpoint *cp, unsigned char **bytes, size_t *size)
 {
-    hdf5_printer printer;
     size_t elements = 0;
     for (size_t k = 0; k < cp->count; k++) {
         elements += cp->items[k].count;
     }
-    if (!hdf5_image_silence(&printer, elements * sizeof(double))) {
-        return AD_NO_MEMORY;
-    }
-    hid_t file = hdf5_image_create(CHECKPOINT_USER_BLOCK);
-    ad_status status = AD_NO_MEMORY;
-    if (file >= 0 && write_contents(file, cp)) {
-        status = hdf5_image_bytes(file, CHECKPOINT_USER_BLOCK, bytes, size);
-    }
-    hdf5_image_close(file);
-    hdf5_image_restore(&printer);
+    ad_status status = hdf5_image_write(CHECKPOINT_USER_BLOCK, elements * sizeof(double),
+                                        write_contents, cp, bytes, size);
     if (status == AD_OK) {
         uint64_t hash = checkpoint_hash(CHECKPOINT_HASH_START, *bytes + CHECKPOINT_USER_BLOCK,
                                         *size - CHECKPOINT_USER_BLOCK);

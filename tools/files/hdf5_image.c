@@ -15,6 +15,13 @@
  * more for what it stores is damaged or mostly absent. */
 #define MAX_COMPRESSION 1032
 
+/* The error printer that was installed before `silence`, and what has been heard since. */
+typedef struct hdf5_printer {
+    H5E_auto2_t function;
+    void *data;
+    bool no_memory; /* an error since was one of memory */
+} hdf5_printer;
+
 static herr_t look_at(unsigned number, const H5E_error2_t *error, void *no_memory)
 {
     (void)number;
@@ -44,7 +51,10 @@ void checkpoint_at_exit(void)
     }
 }
 
-bool hdf5_image_silence(hdf5_printer *printer, size_t size)
+/* Stop HDF5 printing its error stack. False: no memory for HDF5 and `size` bytes of data, and it is
+ * not touched: where memory ends within it, it recurses, crashes or ends the process. `printer`
+ * must stay where it is. */
+static bool silence(hdf5_printer *printer, size_t size)
 {
     printer->no_memory = !can_start(size) || H5open() < 0;
     return !printer->no_memory &&
@@ -52,7 +62,7 @@ bool hdf5_image_silence(hdf5_printer *printer, size_t size)
            H5Eset_auto2(H5E_DEFAULT, note, printer) >= 0;
 }
 
-void hdf5_image_restore(const hdf5_printer *printer)
+static void restore(const hdf5_printer *printer)
 {
     H5Eclear2(H5E_DEFAULT);
     H5Eset_auto2(H5E_DEFAULT, printer->function, printer->data);
@@ -76,7 +86,10 @@ hid_t hdf5_image_text_type(size_t size)
     return type;
 }
 
-hid_t hdf5_image_creation(hid_t property_class)
+/* Property list for creating a file, group or dataset without time stamps. Tracking the order of
+ * attributes makes HDF5 choose the object headers that have checksums of their own and can hold
+ * attributes above 64 KiB. */
+static hid_t creation_of(hid_t property_class)
 {
     hid_t list = H5Pcreate(property_class);
     if (list >= 0 && (H5Pset_obj_track_times(list, 0) < 0 ||
@@ -86,6 +99,78 @@ hid_t hdf5_image_creation(hid_t property_class)
     }
     return list;
 }
+
+/* ---- what a file consists of --------------------------------------------------------------- */
+
+static hid_t space_of(int rank, const hsize_t *shape)
+{
+    return rank > 0 ? H5Screate_simple(rank, shape, NULL) : H5Screate(H5S_SCALAR);
+}
+
+hid_t hdf5_image_group(hid_t parent, const char *name)
+{
+    hid_t creation = creation_of(H5P_GROUP_CREATE);
+    hid_t group = creation < 0 ? H5I_INVALID_HID
+                               : H5Gcreate2(parent, name, H5P_DEFAULT, creation, H5P_DEFAULT);
+    hdf5_image_close(creation);
+    return group;
+}
+
+hid_t hdf5_image_dataset(hid_t parent, const char *name, hid_t stored, hid_t given, int rank,
+                         const hsize_t *shape, const void *values)
+{
+    hid_t creation = creation_of(H5P_DATASET_CREATE), space = space_of(rank, shape);
+    hid_t dataset =
+        creation < 0 ? H5I_INVALID_HID
+                     : H5Dcreate2(parent, name, stored, space, H5P_DEFAULT, creation, H5P_DEFAULT);
+    bool is_empty = false;
+    for (int k = 0; k < rank; k++) {
+        is_empty = is_empty || shape[k] == 0;
+    }
+    if (dataset >= 0 && !is_empty &&
+        H5Dwrite(dataset, given, H5S_ALL, H5S_ALL, H5P_DEFAULT, values) < 0) {
+        hdf5_image_close(dataset);
+        dataset = H5I_INVALID_HID;
+    }
+    hdf5_image_close(space);
+    hdf5_image_close(creation);
+    return dataset;
+}
+
+bool hdf5_image_attribute(hid_t object, const char *name, hid_t stored, hid_t given, size_t count,
+                          const void *values)
+{
+    hid_t space = space_of(count > 0, (const hsize_t[]){count});
+    hid_t attribute = space < 0 ? H5I_INVALID_HID
+                                : H5Acreate2(object, name, stored, space, H5P_DEFAULT, H5P_DEFAULT);
+    bool written = attribute >= 0 && H5Awrite(attribute, given, values) >= 0;
+    hdf5_image_close(attribute);
+    hdf5_image_close(space);
+    return written;
+}
+
+bool hdf5_image_text(hid_t object, const char *name, const char *text)
+{
+    hid_t type = hdf5_image_text_type(strlen(text) + 1);
+    bool written = type >= 0 && hdf5_image_attribute(object, name, type, type, 0, text);
+    hdf5_image_close(type);
+    return written;
+}
+
+char *hdf5_image_words(const char *const *words, size_t count, size_t *size)
+{
+    *size = 1;
+    for (size_t k = 0; k < count; k++) {
+        *size = strlen(words[k]) >= *size ? strlen(words[k]) + 1 : *size;
+    }
+    char *values = calloc(count > 0 ? count : 1, *size);
+    for (size_t k = 0; values && k < count; k++) {
+        strcpy(values + k * *size, words[k]);
+    }
+    return values;
+}
+
+/* ---- files in memory ----------------------------------------------------------------------- */
 
 /* Access properties of a file in memory that has no file behind it. The oldest superblock is asked
  * for, because H5Fget_file_image of HDF5 1.10 clears a flag in newer ones without renewing their
@@ -102,11 +187,11 @@ static hid_t memory_access(void)
     return access;
 }
 
-hid_t hdf5_image_create(size_t user_block)
+static hid_t create(size_t user_block)
 {
     hid_t file = H5I_INVALID_HID;
     hid_t access = memory_access();
-    hid_t creation = hdf5_image_creation(H5P_FILE_CREATE);
+    hid_t creation = creation_of(H5P_FILE_CREATE);
     /* Order of creation is tracked so that the columns of a table come back in their order. */
     if (access >= 0 && creation >= 0 && H5Pset_userblock(creation, user_block) >= 0 &&
         H5Pset_link_creation_order(creation, H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED) >= 0) {
@@ -117,7 +202,7 @@ hid_t hdf5_image_create(size_t user_block)
     return file;
 }
 
-ad_status hdf5_image_bytes(hid_t file, size_t user_block, unsigned char **bytes, size_t *size)
+static ad_status bytes_of(hid_t file, size_t user_block, unsigned char **bytes, size_t *size)
 {
     if (H5Fflush(file, H5F_SCOPE_GLOBAL) < 0) { /* in memory nothing else is left to go wrong */
         return AD_NO_MEMORY;
@@ -139,6 +224,22 @@ ad_status hdf5_image_bytes(hid_t file, size_t user_block, unsigned char **bytes,
     *bytes = image;
     *size = user_block + (size_t)length;
     return AD_OK;
+}
+
+ad_status hdf5_image_write(size_t user_block, size_t data,
+                           bool (*write)(hid_t file, const void *context), const void *context,
+                           unsigned char **bytes, size_t *size)
+{
+    hdf5_printer printer;
+    if (!silence(&printer, data)) {
+        return AD_NO_MEMORY;
+    }
+    hid_t file = create(user_block);
+    ad_status status =
+        file >= 0 && write(file, context) ? bytes_of(file, user_block, bytes, size) : AD_NO_MEMORY;
+    hdf5_image_close(file);
+    restore(&printer);
+    return status;
 }
 
 /* Where the superblock is: at 0, or behind a user block of 512, 1024, ... bytes; `size`: nowhere.
@@ -176,7 +277,7 @@ static bool has_driver_block(const unsigned char *bytes, size_t size)
     return false;
 }
 
-hid_t hdf5_image_open(const unsigned char *bytes, size_t size)
+static hid_t open_image(const unsigned char *bytes, size_t size)
 {
     hid_t file = H5I_INVALID_HID;
     hid_t access = memory_access();
@@ -187,6 +288,20 @@ hid_t hdf5_image_open(const unsigned char *bytes, size_t size)
     }
     hdf5_image_close(access);
     return file;
+}
+
+ad_status hdf5_image_read(const unsigned char *bytes, size_t size,
+                          ad_status (*read)(hid_t file, void *context), void *context)
+{
+    hdf5_printer printer;
+    if (!silence(&printer, size)) {
+        return AD_NO_MEMORY;
+    }
+    hid_t file = open_image(bytes, size);
+    ad_status status = read(file, context);
+    hdf5_image_close(file);
+    restore(&printer);
+    return status == AD_BAD_INPUT && printer.no_memory ? AD_NO_MEMORY : status;
 }
 
 bool hdf5_image_link_name(hid_t group, hsize_t index, bool by_creation, char *name, size_t size)

@@ -12,34 +12,33 @@
 
 #include "autodiff/error.h"
 
-/* The error printer that was installed before hdf5_image_silence, and what has been heard since. */
-typedef struct hdf5_printer {
-    H5E_auto2_t function;
-    void *data;
-    bool no_memory; /* an error since was one of memory */
-} hdf5_printer;
+/* A file that `write` fills, as bytes behind `user_block` of them (0, or a power of two >= 512)
+ * that are not HDF5 but zeros; `data` bytes are put in. The caller owns `*bytes`. AD_NO_MEMORY,
+ * also where `write` returns false; `*bytes` is then untouched, and there is no message. */
+ad_status hdf5_image_write(size_t user_block, size_t data,
+                           bool (*write)(hid_t file, const void *context), const void *context,
+                           unsigned char **bytes, size_t *size);
 
-/* Stop HDF5 printing its error stack, and put the printer back. False: no memory for HDF5 and
- * `size` bytes of data, and it is not touched: where memory ends within it, it recurses, crashes or
- * ends the process. `printer` must stay where it is. */
-bool hdf5_image_silence(hdf5_printer *printer, size_t size);
-void hdf5_image_restore(const hdf5_printer *printer);
+/* Calls `read` with `size` bytes, user block included, as a file; negative: they are not HDF5. What
+ * it returns, but AD_NO_MEMORY in place of AD_BAD_INPUT where HDF5 had none; and AD_NO_MEMORY,
+ * where it was not called. */
+ad_status hdf5_image_read(const unsigned char *bytes, size_t size,
+                          ad_status (*read)(hid_t file, void *context), void *context);
 
-/* A new file in memory behind `user_block` bytes (0, or a power of two >= 512) that are not HDF5;
- * negative on failure. Close with hdf5_image_close. */
-hid_t hdf5_image_create(size_t user_block);
+/* What a file consists of, without time stamps. `stored` and `given`: types in the file and of
+ * `values`. Of a group and a dataset: negative on failure; close with hdf5_image_close. */
+hid_t hdf5_image_group(hid_t parent, const char *name);
+/* shape[rank]; rank 0: a scalar. */
+hid_t hdf5_image_dataset(hid_t parent, const char *name, hid_t stored, hid_t given, int rank,
+                         const hsize_t *shape, const void *values);
+/* An attribute of `count` values, 0: of a scalar; and of a text. */
+bool hdf5_image_attribute(hid_t object, const char *name, hid_t stored, hid_t given, size_t count,
+                          const void *values);
+bool hdf5_image_text(hid_t object, const char *name, const char *text);
 
-/* The bytes of that file, the user block first and zeroed; the caller owns `*bytes`.
- * Error: AD_NO_MEMORY; `*bytes` is then untouched. No message is written. */
-ad_status hdf5_image_bytes(hid_t file, size_t user_block, unsigned char **bytes, size_t *size);
-
-/* Open `size` bytes, user block included, read-only; negative if they are not HDF5. */
-hid_t hdf5_image_open(const unsigned char *bytes, size_t size);
-
-/* Property list for creating a file, group or dataset without time stamps. Tracking the order of
- * attributes makes HDF5 choose the object headers that have checksums of their own and can hold
- * attributes above 64 KiB. */
-hid_t hdf5_image_creation(hid_t property_class);
+/* Words as values of the type hdf5_image_text_type(*size), to be freed by the caller; NULL: no
+ * memory. */
+char *hdf5_image_words(const char *const *words, size_t count, size_t *size);
 
 /* Texts of up to size - 1 bytes in UTF-8, ended by a zero byte. Close with hdf5_image_close. */
 hid_t hdf5_image_text_type(size_t size);

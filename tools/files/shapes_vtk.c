@@ -174,35 +174,10 @@ static double time_of(const shapes *shapes, size_t frame)
 static bool put(hid_t group, const char *name, hid_t type, const void *values, size_t rows,
                 size_t columns)
 {
-    hid_t creation = hdf5_image_creation(H5P_DATASET_CREATE);
-    hid_t space = H5Screate_simple(columns ? 2 : 1, (const hsize_t[]){rows, columns}, NULL);
-    hid_t dataset = H5Dcreate2(group, name, type, space, H5P_DEFAULT, creation, H5P_DEFAULT);
-    bool written = dataset >= 0 && (rows == 0 || H5Dwrite(dataset, type, H5S_ALL, H5S_ALL,
-                                                          H5P_DEFAULT, values) >= 0);
+    hid_t dataset = hdf5_image_dataset(group, name, type, type, columns ? 2 : 1,
+                                       (const hsize_t[]){rows, columns}, values);
     hdf5_image_close(dataset);
-    hdf5_image_close(space);
-    hdf5_image_close(creation);
-    return written;
-}
-
-static bool put_attribute(hid_t group, const char *name, hid_t type, size_t count,
-                          const void *values)
-{
-    hid_t space =
-        count ? H5Screate_simple(1, (const hsize_t[]){count}, NULL) : H5Screate(H5S_SCALAR);
-    hid_t attribute = H5Acreate2(group, name, type, space, H5P_DEFAULT, H5P_DEFAULT);
-    bool written = attribute >= 0 && H5Awrite(attribute, type, values) >= 0;
-    hdf5_image_close(attribute);
-    hdf5_image_close(space);
-    return written;
-}
-
-static hid_t open_group(hid_t parent, const char *name)
-{
-    hid_t creation = hdf5_image_creation(H5P_GROUP_CREATE);
-    hid_t group = H5Gcreate2(parent, name, H5P_DEFAULT, creation, H5P_DEFAULT);
-    hdf5_image_close(creation);
-    return group;
+    return dataset >= 0;
 }
 
 /* numbers [2 + frames] scratch: first + step k, k = 0 .. count - 1. */
@@ -220,7 +195,7 @@ static bool put_cells(hid_t root, const char *kind, bool lines, const shapes *sh
                       int64_t *numbers)
 {
     const size_t frames = shapes->at.frames, points = shapes->at.points;
-    hid_t group = open_group(root, kind);
+    hid_t group = hdf5_image_group(root, kind);
     bool good = group >= 0;
     good = good && put(group, "NumberOfCells", H5T_NATIVE_INT64, counted(numbers, frames, lines, 0),
                        frames, 0);
@@ -244,8 +219,10 @@ static bool put_steps(hid_t root, const shapes *shapes, int64_t *numbers, double
 {
     const size_t frames = shapes->at.frames, points = shapes->at.points;
     const int64_t count = (int64_t)frames;
-    hid_t steps = open_group(root, "Steps"), offsets = open_group(steps, "PointDataOffsets");
-    bool good = offsets >= 0 && put_attribute(steps, "NSteps", H5T_NATIVE_INT64, 0, &count);
+    hid_t steps = hdf5_image_group(root, "Steps"),
+          offsets = hdf5_image_group(steps, "PointDataOffsets");
+    bool good = offsets >= 0 && hdf5_image_attribute(steps, "NSteps", H5T_NATIVE_INT64,
+                                                     H5T_NATIVE_INT64, 0, &count);
     for (size_t k = 0; k < frames; k++) {
         values[k] = time_of(shapes, k);
     }
@@ -279,10 +256,10 @@ static bool put_root(hid_t root, const shapes *shapes, int64_t *numbers, double 
     const size_t frames = shapes->at.frames, rows = frames * shapes->at.points;
     const int64_t version[] = {2, 0};
     hid_t text = H5Tcopy(H5T_C_S1);
-    bool good = H5Tset_size(text, sizeof type_name - 1) >= 0 &&
-                H5Tset_strpad(text, H5T_STR_NULLPAD) >= 0 &&
-                put_attribute(root, "Type", text, 0, type_name) &&
-                put_attribute(root, "Version", H5T_NATIVE_INT64, 2, version);
+    bool good =
+        H5Tset_size(text, sizeof type_name - 1) >= 0 && H5Tset_strpad(text, H5T_STR_NULLPAD) >= 0 &&
+        hdf5_image_attribute(root, "Type", text, text, 0, type_name) &&
+        hdf5_image_attribute(root, "Version", H5T_NATIVE_INT64, H5T_NATIVE_INT64, 2, version);
     hdf5_image_close(text);
     counted(numbers, frames, (int64_t)shapes->at.points, 0);
     good = good && put(root, "NumberOfPoints", H5T_NATIVE_INT64, numbers, frames, 0);
@@ -292,7 +269,7 @@ static bool put_root(hid_t root, const shapes *shapes, int64_t *numbers, double 
     for (int k = 0; k < 4; k++) {
         good = good && put_cells(root, kinds[k], k == 1, shapes, numbers);
     }
-    hid_t data = open_group(root, "PointData");
+    hid_t data = hdf5_image_group(root, "PointData");
     for (int i = 0; good && i < shapes->count; i++) {
         const array *a = &shapes->arrays[i];
         fill(shapes, a, rows, values);
@@ -302,31 +279,41 @@ static bool put_root(hid_t root, const shapes *shapes, int64_t *numbers, double 
     return good && put_steps(root, shapes, numbers, values);
 }
 
+/* Shapes, and room for their numbers. */
+typedef struct filling {
+    const shapes *shapes;
+    int64_t *numbers;
+    double *values;
+} filling;
+
+static bool put_file(hid_t file, const void *context)
+{
+    const filling *f = context;
+    hid_t root = hdf5_image_group(file, "VTKHDF");
+    bool written = root >= 0 && put_root(root, f->shapes, f->numbers, f->values);
+    hdf5_image_close(root);
+    return written;
+}
+
 static ad_status write_hdf5(const shapes *shapes, const char *path, ad_error *error)
 {
     const size_t rows = shapes->at.frames * shapes->at.points;
-    int64_t *numbers = malloc((4 * shapes->at.frames + rows) * sizeof *numbers);
-    double *values = malloc((3 * rows + shapes->at.frames) * sizeof *values);
+    filling f = {.shapes = shapes};
+    f.numbers = malloc((4 * shapes->at.frames + rows) * sizeof *f.numbers);
+    f.values = malloc((3 * rows + shapes->at.frames) * sizeof *f.values);
     unsigned char *bytes = NULL;
     size_t size = 0;
-    ad_status status = AD_NO_MEMORY;
-    hdf5_printer printer;
-    const size_t each = 3 * sizeof *values * rows; /* bytes of points or an array, at most */
-    if (numbers && values && hdf5_image_silence(&printer, each * (size_t)(shapes->count + 2))) {
-        hid_t file = hdf5_image_create(0);
-        hid_t root = file >= 0 ? open_group(file, "VTKHDF") : H5I_INVALID_HID;
-        bool written = root >= 0 && put_root(root, shapes, numbers, values);
-        hdf5_image_close(root);
-        status = written ? hdf5_image_bytes(file, 0, &bytes, &size) : AD_NO_MEMORY;
-        hdf5_image_close(file);
-        hdf5_image_restore(&printer);
-    }
+    const size_t each = 3 * sizeof *f.values * rows; /* bytes of points or an array, at most */
+    ad_status status =
+        f.numbers && f.values
+            ? hdf5_image_write(0, each * (size_t)(shapes->count + 2), put_file, &f, &bytes, &size)
+            : AD_NO_MEMORY;
     status = status == AD_OK ? file_bytes_write(path, bytes, size, error)
                              : ad_fail(error, status, "%s: cannot be written: out of memory",
                                        file_bytes_shown(path));
     free(bytes);
-    free(values);
-    free(numbers);
+    free(f.values);
+    free(f.numbers);
     return status;
 }
 

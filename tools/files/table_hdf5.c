@@ -167,8 +167,9 @@ static bool tracks_creation(hid_t group)
     return tracked;
 }
 
-static ad_status read_columns(hdf5_reader *reader, hid_t file)
+static ad_status read_columns(hid_t file, void *context)
 {
+    hdf5_reader *reader = context;
     H5G_info_t info;
     const char *shown = file_bytes_shown(reader->wanted->path);
     hid_t root = file < 0 ? H5I_INVALID_HID : H5Gopen2(file, "/", H5P_DEFAULT);
@@ -206,17 +207,9 @@ ad_status table_from_hdf5(const table_wanted *wanted, const unsigned char *bytes
 {
     ad_error reason = {.message = ""};
     hdf5_reader reader = {.wanted = wanted, .file_size = size, .table = NULL, .error = &reason};
-    hdf5_printer printer;
-    if (!hdf5_image_silence(&printer, size)) {
-        return ad_fail(error, AD_NO_MEMORY, "%s: out of memory", file_bytes_shown(wanted->path));
-    }
-    hid_t file = hdf5_image_open(bytes, size);
-    ad_status status = read_columns(&reader, file);
-    hdf5_image_close(file);
-    hdf5_image_restore(&printer);
-    if (status == AD_BAD_INPUT && printer.no_memory) {
-        status =
-            ad_fail(&reason, AD_NO_MEMORY, "%s: out of memory", file_bytes_shown(wanted->path));
+    ad_status status = hdf5_image_read(bytes, size, read_columns, &reader);
+    if (status == AD_NO_MEMORY && reason.status != AD_NO_MEMORY) { /* HDF5 had none */
+        ad_fail(&reason, status, "%s: out of memory", file_bytes_shown(wanted->path));
     }
     if (status != AD_OK) {
         table_free(reader.table);
@@ -226,83 +219,48 @@ ad_status table_from_hdf5(const table_wanted *wanted, const unsigned char *bytes
     return AD_OK;
 }
 
-/* The unit of a column as its attribute. */
-static bool write_unit(hid_t dataset, const char *unit)
-{
-    hid_t type = hdf5_image_text_type(strlen(unit) + 1);
-    hid_t space = H5Screate(H5S_SCALAR);
-    hid_t attribute = H5Acreate2(dataset, "units", type, space, H5P_DEFAULT, H5P_DEFAULT);
-    bool written = attribute >= 0 && H5Awrite(attribute, type, unit) >= 0;
-    hdf5_image_close(attribute);
-    hdf5_image_close(space);
-    hdf5_image_close(type);
-    return written;
-}
-
 /* A column of `rows` values of the type, which are `values`; unit may be NULL. */
 static bool write_values(hid_t file, const char *name, hid_t stored, hid_t given,
-                         const void *values, size_t rows, const char *unit, hid_t creation)
+                         const void *values, size_t rows, const char *unit)
 {
-    hid_t space = H5Screate_simple(1, (const hsize_t[]){rows}, NULL);
-    hid_t dataset = H5Dcreate2(file, name, stored, space, H5P_DEFAULT, creation, H5P_DEFAULT);
-    bool written = dataset >= 0 && (rows == 0 || H5Dwrite(dataset, given, H5S_ALL, H5S_ALL,
-                                                          H5P_DEFAULT, values) >= 0);
-    written = written && (!unit || write_unit(dataset, unit));
+    hid_t dataset =
+        hdf5_image_dataset(file, name, stored, given, 1, (const hsize_t[]){rows}, values);
+    bool written = dataset >= 0 && (!unit || hdf5_image_text(dataset, "units", unit));
     hdf5_image_close(dataset);
-    hdf5_image_close(space);
     return written;
 }
 
 static bool write_words(hid_t file, const char *name, const char *const *words, size_t rows,
-                        const char *unit, hid_t creation)
+                        const char *unit)
 {
-    size_t size = 1;
-    for (size_t row = 0; row < rows; row++) {
-        size = strlen(words[row]) >= size ? strlen(words[row]) + 1 : size;
-    }
-    char *text = calloc(rows > 0 ? rows : 1, size);
-    if (!text) {
-        return false;
-    }
-    for (size_t row = 0; row < rows; row++) {
-        strcpy(text + row * size, words[row]);
-    }
+    size_t size;
+    char *text = hdf5_image_words(words, rows, &size);
     hid_t type = hdf5_image_text_type(size);
-    bool written = write_values(file, name, type, type, text, rows, unit, creation);
+    bool written = text && write_values(file, name, type, type, text, rows, unit);
     hdf5_image_close(type);
     free(text);
     return written;
 }
 
-static bool write_column(hid_t file, const table_source *source, size_t column, hid_t creation)
+static bool write_columns(hid_t file, const void *context)
 {
-    const char *name = source->names[column];
-    const char *unit = source->units ? source->units[column] : NULL;
-    const char *const *words = source->words ? source->words[column] : NULL;
-    return words ? write_words(file, name, words, source->nrows, unit, creation)
-                 : write_values(file, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE,
-                                source->columns[column], source->nrows, unit, creation);
+    const table_source *source = context;
+    bool written = true;
+    for (size_t k = 0; written && k < source->ncols; k++) {
+        const char *name = source->names[k], *unit = source->units ? source->units[k] : NULL;
+        const char *const *words = source->words ? source->words[k] : NULL;
+        written = words ? write_words(file, name, words, source->nrows, unit)
+                        : write_values(file, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE,
+                                       source->columns[k], source->nrows, unit);
+    }
+    return written;
 }
 
 ad_status table_to_hdf5(const table_source *source, unsigned char **bytes, size_t *size)
 {
-    hdf5_printer printer;
     size_t width = 0;
     for (size_t k = 0; k < source->ncols; k++) {
         width += source->words && source->words[k] ? TABLE_MAX_NAME + 1 : sizeof(double);
     }
-    if (!hdf5_image_silence(&printer, source->nrows * width)) {
-        return AD_NO_MEMORY;
-    }
-    hid_t file = hdf5_image_create(0);
-    hid_t creation = hdf5_image_creation(H5P_DATASET_CREATE);
-    bool written = file >= 0 && creation >= 0;
-    for (size_t k = 0; written && k < source->ncols; k++) {
-        written = write_column(file, source, k, creation);
-    }
-    ad_status status = written ? hdf5_image_bytes(file, 0, bytes, size) : AD_NO_MEMORY;
-    hdf5_image_close(creation);
-    hdf5_image_close(file);
-    hdf5_image_restore(&printer);
-    return status;
+    return hdf5_image_write(0, source->nrows * width, write_columns, source, bytes, size);
 }
