@@ -296,7 +296,7 @@ static ad_status fill(modes *m, const solve_parameters *open, int finer, ad_erro
         for (int i = 0; i < m->rod->actuators; i++) {
             m->is_coupled = m->is_coupled || law_table[m->rod->extents[i].law].couples;
         }
-        m->has_fluid = quantity_is_something(m->rod->scene.loads.added_mass);
+        m->inertia_couples = scene_couples_inertia(&m->rod->scene);
         status = modes_at(m, 0, open ? open->values : NULL, error);
     }
     solve_quadrature_free(x.places);

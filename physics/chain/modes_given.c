@@ -86,6 +86,8 @@ static ad_status give_jumps(modes *m, ad_error *error)
             modes_point *to = &m->point[m->jump_at[k]];
             to->inertia.mass = body[0];
             memcpy(to->inertia.rotary, body + 1, sizeof to->inertia.rotary);
+            memcpy(to->inertia.eccentric, body + 4, sizeof to->inertia.eccentric);
+            to->inertia.is_beside = jumps->at[k].beside;
         }
     }
     return status;

@@ -100,7 +100,7 @@ struct modes {
     double *center; /* [inputs] */
     bool has_given, is_pulled, is_locked;
     bool is_coupled;                                 /* the stress of a strain depends on others */
-    bool has_fluid;                                  /* with added mass */
+    bool inertia_couples;                            /* added mass, or a body beside the axis */
     double magnus[3][GAUSS_STAGES_MAX][MODES_STEPS]; /* of the steps from point to point, padded */
     gauss_rule rule;
 

@@ -58,18 +58,25 @@ FOR_EACH_PROCESSOR static void find_mass(modes *m)
     }
     for (int p = 0; p < m->points; p++) {
         const modes_point *at = &m->point[p];
-        double J[3][3], M[3][3];
         if (!inertia_any(&at->inertia)) {
             continue;
         }
-        inertia_mass(&at->inertia, (const double(*)[3])at->R, J, M);
+        const bool couples = inertia_couples(&at->inertia);
+        inertia_matrix by = inertia_matrix_of(&at->inertia, (const double(*)[3])at->R), across;
+        for (int i = 0; i < 3 && couples; i++) {
+            for (int k = 0; k < 3; k++) {
+                across.coupling[k][i] = by.coupling[i][k];
+            }
+        }
         for (int c = 0; c < width; c += QUAD) {
             quad theta[3], rho[3], turned[3] = {{0}}, moved[3] = {{0}};
             load_rows(m->theta + p * 3 * width + c, width, theta);
             load_rows(m->rho + p * 3 * width + c, width, rho);
-            add_applied(J, 1, theta, turned);
-            if (at->inertia.added != 0) {
-                add_applied(M, 1, rho, moved);
+            add_applied(by.rotary, 1, theta, turned);
+            if (couples) {
+                add_applied(by.mass, 1, rho, moved);
+                add_applied(by.coupling, 1, theta, moved);
+                add_applied(across.coupling, 1, rho, turned);
             } else {
                 add_scaled(at->inertia.mass, rho, moved);
             }

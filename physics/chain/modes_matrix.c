@@ -107,7 +107,7 @@ PROCESSOR_INLINE void change_motion(modes *m, int e, changes *changes)
         integrate_rows(m, e, used, changes->edge + (6 + k) * width, changes->rate + k * width,
                        6 * width, changes->spin_rate + k * width, 6 * width);
     }
-    const bool velocity = m->rod->along.by_velocity || m->has_fluid;
+    const bool velocity = m->rod->along.by_velocity || m->inertia_couples;
     for (int i = 0; i < n && velocity; i++) {
         const modes_point *at = &m->point[first + i];
         for (int c = 0; c < used; c += QUAD) {
@@ -244,11 +244,12 @@ PROCESSOR_INLINE void add_resistance(const inertia_change *by, int row, const qu
     }
 }
 
-/* What a fluid adds to the rows `to` of point p, the i-th of its element: to the force all that it
- * changes by, to the moment what is by velocity and acceleration. A function of its own: without a
- * fluid the loops around it are then as fast as if it were not there. */
-FOR_EACH_PROCESSOR static void add_fluid(const modes *m, const changes *changes, inertia_change *by,
-                                         int i, int used, int p, double *to)
+/* What inertia that couples adds to the rows `to` of point p, the i-th of its element: to the force
+ * all that it changes by, to the moment what is by velocity and acceleration. A function of its
+ * own: without a fluid and bodies beside the axis the loops around it are then as fast as if it
+ * were not there. */
+FOR_EACH_PROCESSOR static void add_coupled(const modes *m, const changes *changes,
+                                           inertia_change *by, int i, int used, int p, double *to)
 {
     const int width = m->width;
     for (int c = 0; c < used; c += QUAD) {
@@ -317,8 +318,8 @@ PROCESSOR_INLINE void change_forces(modes *m, int e, changes *changes)
                 store_rows(moment[k], width, to + (6 + 3 * k) * width + c);
             }
         }
-        if (at->inertia.added != 0) {
-            add_fluid(m, changes, &own.inertia, i, used, p, to);
+        if (inertia_couples(&at->inertia)) {
+            add_coupled(m, changes, &own.inertia, i, used, p, to);
         }
     }
 }

@@ -171,6 +171,10 @@ static ad_status check_bodies(const scene_checker *check)
             return scene_refuse_at(check, body->magnetic_moment,
                                    "is of rods; allowed: a body of a beam without it");
         }
+        if (scene_is_beam(given) && quantity_any_something(3, body->offset)) {
+            return scene_refuse_at(check, body->offset,
+                                   "is of rods; allowed: a body of a beam whose centre is on it");
+        }
     }
     return AD_OK;
 }

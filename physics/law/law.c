@@ -262,6 +262,19 @@ static void record_rotary_inertia(const ad_value *given, ad_value *energy)
     *energy = elastic(given + LAW_MOVING, given + 3);
 }
 
+/* S; J_23, J_13, J_12 */
+static void record_eccentricity(const ad_value *given, ad_value *energy)
+{
+    const ad_value *V = given, *w = given + 3, *S = given + LAW_MOVING, *J = S + 3;
+    ad_value of_centre[3], sum = ad_zeros(given->tape, 1);
+    cross(w, S, of_centre);
+    for (int i = 0; i < 3; i++) {
+        const ad_value turns = ad_mul(J[i], ad_mul(w[(i + 1) % 3], w[(i + 2) % 3]));
+        sum = ad_add(sum, ad_add(ad_mul(V[i], of_centre[i]), turns));
+    }
+    *energy = sum;
+}
+
 /* c */
 static void record_added_mass(const ad_value *given, ad_value *energy)
 {
@@ -426,6 +439,14 @@ const law law_table[LAW_COUNT] = {
                             .numbers = 3,
                             .has_energy = true,
                             .record = record_rotary_inertia},
+    [LAW_ECCENTRICITY] = {.name = "eccentricity",
+                          .about = "A mass beside the axis, less its mass and J_i: V . (w x S) + "
+                                   "J_23 w_2 w_3 + J_13 w_1 w_3 + J_12 w_1 w_2; S, J.",
+                          .state = LAW_OF_MOTION,
+                          .kind = LAW_MOVES,
+                          .numbers = 6,
+                          .has_energy = true,
+                          .record = record_eccentricity},
     [LAW_ADDED_MASS] = {.name = "added_mass",
                         .about = "Fluid that moves with a rod across d3: 1/2 c (V_1^2 + V_2^2); c.",
                         .state = LAW_OF_MOTION,

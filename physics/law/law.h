@@ -49,8 +49,11 @@ typedef enum law_name {
     LAW_MAGNET,          /* energy: -(R m) . B, a magnetic moment m of the section in a field B */
     LAW_MAGNET_GRADIENT, /* energy: -(R m) . G r, in the field G r, G symmetric without trace */
     LAW_ROTARY_INERTIA,  /* kinetic energy: 1/2 sum_i J_i w_i^2 */
-    LAW_ADDED_MASS,      /* kinetic energy: 1/2 c (V_1^2 + V_2^2), of the fluid that moves with a
-                            slender rod across d3 */
+    LAW_ECCENTRICITY, /* kinetic energy: V . (w x S) + J_23 w_2 w_3 + J_13 w_1 w_3 + J_12 w_1 w_2,
+                         of a mass m at c from the axis beside its m V^2/2 and the J_i: S = m c,
+                         J_ij = -m c_i c_j */
+    LAW_ADDED_MASS,   /* kinetic energy: 1/2 c (V_1^2 + V_2^2), of the fluid that moves with a
+                         slender rod across d3 */
     LAW_COUNT
 } law_name;
 

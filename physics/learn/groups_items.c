@@ -364,6 +364,8 @@ static void add_places(recorder *recorder)
                  ad_mul(quantities_of(recorder, 1, &open->bodies[i].mass, 1 / scale->force),
                         quantities_of(recorder, 3, open->loads.gravity, 1)),
                  false);
+        add(recorder, "offset of a body", "L", GROUP_SCALAR, 0.05,
+            quantities_of(recorder, 3, open->bodies[i].offset, 1 / scale->length));
         add(recorder, "magnetic moment of a body", "", GROUP_SCALAR, 0.05,
             quantities_of(recorder, 3, open->bodies[i].magnetic_moment, 1 / scale->length));
     }

@@ -32,12 +32,13 @@ static void to_world_wrench(const double (*axes)[3], const double body[6], doubl
     }
 }
 
-void inertia_wrench_with_fluid(const inertia *what, inertia_motion at, double wrench[6])
+void inertia_wrench_coupled(const inertia *what, inertia_motion at, double wrench[6])
 {
     const in_body x = to_section(at);
     double body[6] = {0};
     number_law_rotary_inertia_wrench(GIVEN(x), what->rotary, body);
     number_law_added_mass_wrench(GIVEN(x), &what->added, body);
+    number_law_eccentricity_wrench(GIVEN(x), what->eccentric, body);
     to_world_wrench(at.R, body, wrench);
     for (int k = 0; k < 3; k++) {
         wrench[k] -= what->mass * at.acceleration[k];
@@ -50,6 +51,7 @@ double inertia_energy(const inertia *what, inertia_motion at)
     double energy = 0.5 * what->mass * vector_dot(at.velocity, at.velocity);
     number_law_rotary_inertia_energy(GIVEN(x), what->rotary, &energy);
     number_law_added_mass_energy(GIVEN(x), &what->added, &energy);
+    number_law_eccentricity_energy(GIVEN(x), what->eccentric, &energy);
     return energy;
 }
 
@@ -71,17 +73,18 @@ void inertia_differentiate(const inertia *what, inertia_motion at, inertia_chang
                                  to->by_spin_rate};
     const double *part[PARTS] = {at.velocity, at.spin, at.acceleration, at.spin_rate};
     const in_body x = to_section(at);
-    const bool fluid = what->added != 0;
+    const bool couples = inertia_couples(what);
     double body[6] = {0}, by[LAW_BY_MOTION] = {0}, wrench[6] = {0};
     memset(to->by_turn, 0, sizeof to->by_turn);
     number_law_rotary_inertia(GIVEN(x), what->rotary, body, by);
-    if (fluid) {
+    if (couples) {
         number_law_added_mass(GIVEN(x), &what->added, body, by);
+        number_law_eccentricity(GIVEN(x), what->eccentric, body, by);
     }
     to_world_wrench(at.R, body, wrench);
-    for (int row = fluid ? 0 : 3; row < 6; row += 3) {
+    for (int row = couples ? 0 : 3; row < 6; row += 3) {
         for (int i = 0; i < PARTS; i++) {
-            if (fluid || i == 1 || i == 3) {
+            if (couples || i == 1 || i == 3) {
                 inertia_turn_block(at.R, by + 18 * i + 3 * row, blocks[i] + row);
                 add_seen(blocks[i] + row, part[i], to->by_turn + row);
             }
@@ -94,10 +97,27 @@ void inertia_differentiate(const inertia *what, inertia_motion at, inertia_chang
     }
 }
 
-void inertia_mass_of_fluid(const inertia *what, const double (*R)[3], double mass[3][3])
+inertia_matrix inertia_matrix_coupled(const inertia *what, const double (*R)[3])
 {
     static const double still[3] = {0};
+    const double *acceleration, *spin_rate;
     double unused[6] = {0}, by[LAW_BY_MOTION] = {0};
+    inertia_matrix to = {.mass = {{0}}};
+    number_law_rotary_inertia(still, still, still, still, what->rotary, unused, by);
     number_law_added_mass(still, still, still, still, &what->added, unused, by);
-    inertia_turn_block(R, by + 18 * 2, mass);
+    number_law_eccentricity(still, still, still, still, what->eccentric, unused, by);
+    acceleration = by + 18 * 2;
+    spin_rate = by + 18 * 3;
+    inertia_turn_block(R, acceleration, to.mass);
+    inertia_turn_block(R, spin_rate, to.coupling);
+    inertia_turn_block(R, spin_rate + 9, to.rotary);
+    for (int i = 0; i < 3; i++) {
+        for (int k = 0; k < 3; k++) {
+            to.mass[i][k] *= -1;
+            to.coupling[i][k] *= -1;
+            to.rotary[i][k] *= -1;
+        }
+        to.mass[i][i] += what->mass;
+    }
+    return to;
 }

@@ -10,10 +10,18 @@
 #include <stdbool.h>
 #include <string.h>
 
-/* What moves: mass and rotary inertia of the section, and the fluid's added mass across d3. */
+/* What moves: mass and rotary inertia of the section, the fluid's added mass across d3, and of
+ * bodies beside the axis the numbers of LAW_ECCENTRICITY. */
 typedef struct inertia {
-    double mass, rotary[3], added;
+    double mass, rotary[3], added, eccentric[6];
+    bool is_beside; /* false: eccentric is 0 */
 } inertia;
+
+/* Whether its force is more than -mass acceleration. */
+static inline bool inertia_couples(const inertia *what)
+{
+    return what->added != 0 || what->is_beside;
+}
 
 static inline bool inertia_any(const inertia *what)
 {
@@ -27,16 +35,16 @@ typedef struct inertia_motion {
     const double *velocity, *spin, *acceleration, *spin_rate;
 } inertia_motion;
 
-/* Force and moment [6] in the world by which it resists; with added mass. */
-void inertia_wrench_with_fluid(const inertia *what, inertia_motion at, double wrench[6]);
+/* Force and moment [6] in the world by which it resists. */
+void inertia_wrench_coupled(const inertia *what, inertia_motion at, double wrench[6]);
 
-/* The same of any. */
+/* The same, sooner where nothing couples. */
 static inline void inertia_wrench(const inertia *what, inertia_motion at, double wrench[6])
 {
     static const double none[3] = {0};
     double R[3][3], spin[3], spin_rate[3], body[6] = {0};
-    if (what->added != 0) {
-        inertia_wrench_with_fluid(what, at, wrench);
+    if (inertia_couples(what)) {
+        inertia_wrench_coupled(what, at, wrench);
         return;
     }
     memcpy(R, at.R, sizeof R);
@@ -52,9 +60,9 @@ static inline void inertia_wrench(const inertia *what, inertia_motion at, double
 /* Its kinetic energy; acceleration and spin_rate are not looked at. */
 double inertia_energy(const inertia *what, inertia_motion at);
 
-/* What the moment changes by with a turn of the section, with spin and spin_rate; and where there
- * is added mass the force, too, and both with velocity and acceleration: else these are not set.
- * The force of the mass is not among them: it is -mass acceleration. */
+/* What the moment changes by with a turn of the section, with spin and spin_rate; and where it
+ * couples the force, too, and both with velocity and acceleration: else these are not set. The
+ * force of the mass is not among them: it is -mass acceleration. */
 typedef struct inertia_change {
     double by_turn[6][3], by_velocity[6][3], by_spin[6][3], by_acceleration[6][3],
         by_spin_rate[6][3];
@@ -78,28 +86,32 @@ PROCESSOR_INLINE void inertia_turn_block(const double (*R)[3], const double *blo
     }
 }
 
-/* What its force changes by with the acceleration. */
-void inertia_mass_of_fluid(const inertia *what, const double (*R)[3], double mass[3][3]);
+/* In the world: with a the acceleration and b the spin_rate, the force is -mass a - coupling b, the
+ * moment -coupling^T a - rotary b, less what is there without them. */
+typedef struct inertia_matrix {
+    double mass[3][3], rotary[3][3], coupling[3][3];
+} inertia_matrix;
 
-/* Rotary inertia and mass in the world; the mass is a number times 1 without added mass. */
-PROCESSOR_INLINE void inertia_mass(const inertia *what, const double (*R)[3], double rotary[3][3],
-                                   double mass[3][3])
+inertia_matrix inertia_matrix_coupled(const inertia *what, const double (*R)[3]);
+
+/* The same, sooner where nothing couples: the mass is then a number times 1, the coupling 0. */
+PROCESSOR_INLINE inertia_matrix inertia_matrix_of(const inertia *what, const double (*R)[3])
 {
     static const double still[3] = {0};
+    inertia_matrix to = {.mass = {{0}}};
     double unused[6] = {0}, by[LAW_BY_MOTION] = {0};
-    number_law_rotary_inertia(still, still, still, still, what->rotary, unused, by);
-    inertia_turn_block(R, by + 18 * 3 + 9, rotary);
-    memset(mass, 0, 3 * sizeof *mass);
-    if (what->added != 0) {
-        inertia_mass_of_fluid(what, R, mass);
+    if (inertia_couples(what)) {
+        return inertia_matrix_coupled(what, R);
     }
+    number_law_rotary_inertia(still, still, still, still, what->rotary, unused, by);
+    inertia_turn_block(R, by + 18 * 3 + 9, to.rotary);
     for (int i = 0; i < 3; i++) {
         for (int k = 0; k < 3; k++) {
-            rotary[i][k] *= -1;
-            mass[i][k] *= -1;
+            to.rotary[i][k] *= -1;
         }
-        mass[i][i] += what->mass;
+        to.mass[i][i] = what->mass;
     }
+    return to;
 }
 
 #endif

@@ -61,7 +61,7 @@ static void record_laws(int within, int count, const rod_acting *laws, solve_jum
     }
 }
 
-/* Mass and inertia of all bodies of a place, place by place; returns how many values. */
+/* Numbers of all bodies of a place, place by place; returns how many values. */
 static int record_bodies(const rod_context *rod, solve_jumps *jumps, ad_value *values)
 {
     ad_value at[SOLVE_JUMPS_MAX];
@@ -69,14 +69,15 @@ static int record_bodies(const rod_context *rod, solve_jumps *jumps, ad_value *v
     for (int i = 0; i < rod->scene->body_count && rod->dynamic; i++) {
         const rod_body_data body = rod_body_of(rod, i, rod->t);
         const int k = jump_at(jumps, body.s);
-        const ad_value own = ad_stack(2, (const ad_value[]){body.mass, body.inertia});
+        const ad_value own = ad_stack(3, (const ad_value[]){body.mass, body.inertia, body.beside});
         at[k] = jumps->at[k].heavy ? ad_add(at[k], own) : own;
         jumps->at[k].heavy = true;
+        jumps->at[k].beside |= body.is_beside;
     }
     for (int k = 0; k < jumps->count; k++) {
         if (jumps->at[k].heavy) {
             jumps->at[k].body = jumps->numbers;
-            jumps->numbers += 4;
+            jumps->numbers += SOLVE_BODY;
             values[recorded++] = at[k];
         }
     }

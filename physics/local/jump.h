@@ -22,14 +22,16 @@ typedef struct solve_jump {
     bool turns;     /* false: turn is 1 */
     double turn[4]; /* of a joint, from the frame before to the frame after */
     bool heavy;     /* bodies of a rod in motion are here; */
-    int body;       /* of their mass and inertia about the directors */
+    bool beside;    /* some of them beside the axis */
+    int body; /* of their mass, inertia about the directors, and numbers of LAW_ECCENTRICITY */
     acting acting;
     int first;  /* of its numbers */
     int within; /* so many of its laws are of the place; then those of what loads an end */
 } solve_jump;
 
+enum { SOLVE_BODY = 1 + 3 + 6 };
 enum { SOLVE_LAWS_MAX = ROD_AT_PLACES_MAX + ROD_AT_ENDS_MAX };
-enum { SOLVE_JUMP_NUMBERS_MAX = SOLVE_LAWS_MAX * LAW_NUMBERS_MAX + 4 * SCENE_BODIES_MAX };
+enum { SOLVE_JUMP_NUMBERS_MAX = SOLVE_LAWS_MAX * LAW_NUMBERS_MAX + SOLVE_BODY * SCENE_BODIES_MAX };
 
 typedef struct solve_jumps {
     int count, numbers;
@@ -51,10 +53,10 @@ static inline const double *solve_jump_numbers(const solve_jumps *jumps, const d
     return all + jumps->at[place].first;
 }
 
-/* Mass and inertia [4] of the bodies of a place, of all numbers; 0 without. */
+/* Numbers [SOLVE_BODY] of the bodies of a place, of all numbers; 0 without. */
 static inline const double *solve_jump_body(const solve_jumps *jumps, const double *all, int place)
 {
-    static const double none[4] = {0};
+    static const double none[SOLVE_BODY] = {0};
     return jumps->at[place].heavy ? all + jumps->at[place].body : none;
 }
 

@@ -197,7 +197,8 @@ static int add_points(const rod_context *rod, rod_acting *acting)
     return count;
 }
 
-/* Weights of bodies. */
+/* Weights of bodies. Beside the axis R c, of energy -(R c) . f as a magnetic moment c in a field f.
+ */
 static int add_weights(const rod_context *rod, rod_acting *acting)
 {
     const quantity *gravity = rod->scene->loads.gravity;
@@ -205,6 +206,11 @@ static int add_weights(const rod_context *rod, rod_acting *acting)
     for (int i = 0; i < rod->scene->body_count && quantity_any_something(3, gravity); i++) {
         const rod_body_data body = rod_body_of(rod, i, rod->t);
         acting[count++] = (rod_acting){LAW_FORCE, body.s, body.weight};
+        if (body.is_beside) {
+            acting[count++] =
+                (rod_acting){LAW_MAGNET, body.s,
+                             ad_stack(2, (const ad_value[]){body.world_weight, body.offset})};
+        }
     }
     return count;
 }
@@ -338,6 +344,8 @@ bool rod_has_law_at_places(const scene *given, bool (*which)(const law *of))
     }
     for (int i = 0; i < given->body_count; i++) {
         magnets |= quantity_any_something(3, given->bodies[i].magnetic_moment);
+        any |= quantity_any_something(3, given->bodies[i].offset) &&
+               quantity_any_something(3, given->loads.gravity) && which(&law_table[LAW_MAGNET]);
     }
     for (int left = rod_givens(&row); left > 0 && magnets; left--, row++) {
         any |= is_field(row, given) && which(&law_table[row->law]);

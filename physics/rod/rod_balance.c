@@ -167,20 +167,19 @@ rod_kinematics rod_kinematics_of(const rod_context *rod, ad_value position, ad_v
     return k;
 }
 
-/* Force, world, and moment, body frame, of the fluid that moves with the rod. */
-static rod_wrench rod_added_mass(const rod_context *rod, const rod_state *state,
-                                 const rod_kinematics *k)
+rod_wrench rod_resistance(const rod_context *rod, law_name law, ad_value rotation,
+                          const rod_kinematics *k, ad_value numbers)
 {
-    const ad_value motion[5] = {ad_rotate_inverse(state->rotation, k->velocity), k->spin,
-                                ad_rotate_inverse(state->rotation, k->acceleration), k->spin_rate,
-                                rod_coefficients_of(rod).added_mass};
+    const ad_value motion[5] = {ad_rotate_inverse(rotation, k->velocity), k->spin,
+                                ad_rotate_inverse(rotation, k->acceleration), k->spin_rate,
+                                numbers};
     const ad_value all = ad_stack(5, motion);
     ad_value given[LAW_GIVEN_MAX], wrench[LAW_WRENCH];
-    for (int i = 0; i < law_given(LAW_ADDED_MASS); i++) {
+    for (int i = 0; i < law_given(law); i++) {
         given[i] = ad_row(all, i);
     }
-    law_record(LAW_ADDED_MASS, rod->tape, given, NULL, wrench, NULL);
-    const ad_value force = ad_rotate(state->rotation, ad_stack(3, wrench));
+    law_record(law, rod->tape, given, NULL, wrench, NULL);
+    const ad_value force = ad_rotate(rotation, ad_stack(3, wrench));
     return (rod_wrench){rod_keep_in_plane(rod, force, false),
                         rod_keep_in_plane(rod, ad_stack(3, wrench + 3), true)};
 }
@@ -197,7 +196,8 @@ static rod_wrench rod_outside(const rod_context *rod, const rod_state *state,
         sum = rod_wrench_add(sum, rod_acting_wrench(rod, &acting[i], pose, k->velocity));
     }
     if (rod->dynamic && quantity_is_something(rod->scene->loads.added_mass)) {
-        sum = rod_wrench_add(sum, rod_added_mass(rod, state, k));
+        sum = rod_wrench_add(sum, rod_resistance(rod, LAW_ADDED_MASS, state->rotation, k,
+                                                 rod_coefficients_of(rod).added_mass));
     }
     return sum;
 }

@@ -189,11 +189,13 @@ typedef struct rod_joint {
 int rod_joint_count(const scene *rod_scene);
 rod_joint rod_joint_of(const scene *rod_scene, int i);
 
-/* The force of a body is weight - mass r_tt, its moment -(inertia w_t + w x inertia w); mass and
- * inertia are 0 in a static scene. */
+/* A body moves by mass, inertia about d1, d2, d3 at the axis, and LAW_ECCENTRICITY with the numbers
+ * `beside`, all 0 in a static scene. Its weight acts at `offset`. */
 typedef struct rod_body_data {
     double s;
-    ad_value mass, inertia, weight; /* [1], [3], [3] */
+    bool is_beside;                        /* false: beside, offset are 0 */
+    ad_value mass, inertia, beside;        /* [1], [3], [6] */
+    ad_value weight, world_weight, offset; /* [3]; in the frame of the equations, the world, body */
 } rod_body_data;
 
 rod_body_data rod_body_of(const rod_context *rod, int i, ad_value t);
@@ -236,6 +238,11 @@ ad_value rod_space_derivative(const rod_context *rod, ad_value y);
 ad_value rod_time_derivative(const rod_context *rod, ad_value y, int order);
 ad_value rod_rate(ad_value rotation, ad_value derivative); /* 2 vec(q* dq) */
 rod_kinematics rod_kinematics_of(const rod_context *rod, ad_value position, ad_value rotation);
+
+/* By what a law of motion with these numbers resists velocities and accelerations: the force in the
+ * frame of the equations, the moment in the body's. */
+rod_wrench rod_resistance(const rod_context *rod, law_name law, ad_value rotation,
+                          const rod_kinematics *k, ad_value numbers);
 
 /* rod_tendons.c. The rows of rod_state.tendons, 0 in displacement form; their residuals; what is
  * left here of the tension of a tendon, `given` where the scene gives it. */
@@ -307,7 +314,7 @@ typedef struct rod_acting {
 
 enum {
     ROD_ALONG_MAX = 16,
-    ROD_AT_PLACES_MAX = 2 * SCENE_SPRINGS_MAX + 2 * SCENE_POINTS_MAX + 3 * SCENE_BODIES_MAX,
+    ROD_AT_PLACES_MAX = 2 * SCENE_SPRINGS_MAX + 2 * SCENE_POINTS_MAX + 4 * SCENE_BODIES_MAX,
     ROD_AT_ENDS_MAX = 4
 };
 

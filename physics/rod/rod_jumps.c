@@ -77,23 +77,27 @@ static rod_pose jumps_pose_at(const rod_context *rod, const rod_pose *pose, doub
     return (rod_pose){jumps_at(rod, pose->position, s), jumps_at(rod, pose->rotation, s)};
 }
 
-/* -mass r_tt, -(inertia w_t + w x inertia w) */
+/* What resists the motion of a body. */
 static rod_force_at jumps_of_body(const rod_context *rod, int i, const rod_pose *field)
 {
-    rod_body_data body = rod_body_of(rod, i, rod->t);
-    rod_force_at acts = {.s = body.s, .moment = ad_zeros(rod->tape, 3)};
-    ad_value inertia = body.inertia;
-    ad_value speeding = jumps_at(rod, rod_time_derivative(rod, field->position, 2), body.s);
-    acts.force = ad_neg(ad_mul(body.mass, speeding));
-    if (!ad_is_constant(inertia, 0)) {
-        ad_value turning = rod_time_derivative(rod, field->rotation, 1);
-        ad_value bending = rod_time_derivative(rod, field->rotation, 2);
-        ad_value spin = jumps_at(rod, rod_rate(field->rotation, turning), body.s);
-        ad_value spun = jumps_at(rod, rod_rate(field->rotation, bending), body.s);
-        ad_value gyroscopic = ad_cross(spin, ad_mul(inertia, spin));
-        acts.moment = ad_neg(ad_add(ad_mul(inertia, spun), gyroscopic));
+    const rod_body_data body = rod_body_of(rod, i, rod->t);
+    const ad_value turning = rod_time_derivative(rod, field->rotation, 1);
+    const ad_value bending = rod_time_derivative(rod, field->rotation, 2);
+    const ad_value rotation = jumps_at(rod, field->rotation, body.s);
+    const rod_kinematics k = {
+        .velocity = jumps_at(rod, rod_time_derivative(rod, field->position, 1), body.s),
+        .acceleration = jumps_at(rod, rod_time_derivative(rod, field->position, 2), body.s),
+        .spin = jumps_at(rod, rod_rate(field->rotation, turning), body.s),
+        .spin_rate = jumps_at(rod, rod_rate(field->rotation, bending), body.s)};
+    rod_wrench sum = {ad_neg(ad_mul(body.mass, k.acceleration)), ad_zeros(rod->tape, 3)};
+    if (!ad_is_constant(body.inertia, 0)) {
+        sum = rod_wrench_add(sum,
+                             rod_resistance(rod, LAW_ROTARY_INERTIA, rotation, &k, body.inertia));
     }
-    return acts;
+    if (body.is_beside) {
+        sum = rod_wrench_add(sum, rod_resistance(rod, LAW_ECCENTRICITY, rotation, &k, body.beside));
+    }
+    return (rod_force_at){body.s, sum.force, sum.moment};
 }
 
 static rod_force_at jumps_of_law(const rod_context *rod, const rod_acting *at,

@@ -158,6 +158,15 @@ void scene_hold_part(const scene_hold *hold, const double x[3], double part[3])
     }
 }
 
+bool scene_couples_inertia(const scene *rod_scene)
+{
+    bool couples = quantity_is_something(rod_scene->loads.added_mass);
+    for (int i = 0; i < rod_scene->body_count; i++) {
+        couples = couples || quantity_any_something(3, rod_scene->bodies[i].offset);
+    }
+    return couples;
+}
+
 bool scene_locks_strains(const scene *rod_scene)
 {
     bool locks = false;

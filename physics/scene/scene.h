@@ -195,12 +195,13 @@ typedef struct scene_point {
     scene_load load;
 } scene_point;
 
-/* A rigid body that is fixed to the section at `at`, an end or a place within, its centre on the
- * axis. It weighs and, in motion, has inertia. */
+/* A rigid body that is fixed to the section at `at`, an end or a place within. It weighs and, in
+ * motion, has inertia. */
 typedef struct scene_body {
     quantity at;
     quantity mass;               /* kg, >= 0 */
-    quantity inertia[3];         /* about d1, d2, d3; kg m^2, >= 0; default 0 */
+    quantity offset[3];          /* of its centre of mass, along d1, d2, d3; m; default 0 */
+    quantity inertia[3];         /* about d1, d2, d3 through it; kg m^2, >= 0; default 0 */
     quantity magnetic_moment[3]; /* along d1, d2, d3, in the field of loads; A m^2; default 0 */
 } scene_body;
 
@@ -609,6 +610,10 @@ bool scene_is_manufactured(const scene *rod_scene);
 
 /* Whether a rod does not shear or does not stretch, by infinite stiffness; of a beam: false. */
 bool scene_locks_strains(const scene *rod_scene);
+
+/* Whether sections or bodies resist an acceleration by more than their mass: a fluid moves with the
+ * rod, or a body lies beside the axis. */
+bool scene_couples_inertia(const scene *rod_scene);
 bool scene_is_imperfect(const scene *rod_scene); /* by a number that is not 0, or a formula */
 
 /* Whether the model is a beam of small deflection. */

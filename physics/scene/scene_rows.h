@@ -332,13 +332,15 @@
 #define SCENE_BODY_ROWS(X, of, in)                                                                 \
     X(of "at", 1, in at, ROD, PLACE, FINITE, SCALAR, WORLD, "m", NOTHING,            \
       "required",                                                                                  \
-      "Place of a rigid body on the rod, 0 to length. Its centre of mass is on the axis.")         \
+      "Place of a rigid body on the rod, 0 to length.")                                            \
     X(of "mass", 1, in mass, ROD, EACH_NUMBER, NOT_NEGATIVE, SCALAR, WORLD, "kg", NOTHING,       \
       "required",                                                                                  \
       "Mass of the body.")                                                                         \
+    X(of "offset", 3, in offset, ROD, EACH_NUMBER, FINITE, POLAR_VECTOR, BODY, "m", ZERO, NULL,    \
+      "Where the centre of mass of the body lies, from the axis along d1, d2, d3.")                \
     X(of "inertia", 3, in inertia, ROD, EACH_NUMBER, NOT_NEGATIVE, SCALAR, WORLD, "kg m^2",      \
       ZERO, NULL,                                                                                  \
-      "Moments of inertia of the body about d1, d2, d3.")                                          \
+      "Moments of inertia of the body about d1, d2, d3 through its centre of mass.")               \
     X(of "magnetic_moment", 3, in magnetic_moment, ROD, EACH_NUMBER, FINITE, POLAR_VECTOR, BODY,    \
       "A m^2", ZERO, NULL,                                                                         \
       "Magnetic moment of the body along d1, d2, d3, in the field of loads.magnetic.")

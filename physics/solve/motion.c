@@ -57,8 +57,8 @@ static bool allocate(motion *m)
     m->turn = take(m, nodes, sizeof *m->turn);
     m->pull_force = take(m, nodes, sizeof *m->pull_force);
     m->pull_torque = take(m, nodes, sizeof *m->pull_torque);
-    m->has_fluid = quantity_is_something(m->rod->scene.loads.added_mass);
-    m->fluid = take(m, m->has_fluid ? nodes : 0, sizeof *m->fluid);
+    m->has_added = scene_couples_inertia(&m->rod->scene);
+    m->added = take(m, m->has_added ? nodes : 0, sizeof *m->added);
     m->velocity = take(m, points, sizeof *m->velocity);
     m->resistance = take(m, points, sizeof *m->resistance);
     m->places = take(m, (size_t)m->rod->jumps.count + 1, sizeof *m->places);

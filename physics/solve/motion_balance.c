@@ -1,5 +1,6 @@
 #include "physics/solve/motion_balance.h"
 
+#include "physics/local/inertia.h"
 #include "physics/local/mesh.h"
 #include "physics/numerics/quaternion.h"
 #include "physics/solve/motion_internal.h"
@@ -115,6 +116,24 @@ static ad_status go_to(balance *b, double t, ad_error *error)
     return status;
 }
 
+/* The force by which bodies at place k, which an end moves, resist; R: of the rod there. */
+static void resist_at_end(const balance *b, int k, int end, double R[3][3], double force[3])
+{
+    const motion *m = b->m;
+    const double *body = solve_jump_body(&b->rod->jumps, m->number, k);
+    const solve_end_state *now = &m->ends[end];
+    double spin[3], spin_rate[3], wrench[6];
+    inertia what = {.mass = body[0], .is_beside = b->rod->jumps.at[k].beside};
+    memcpy(what.eccentric, body + 4, sizeof what.eccentric);
+    to_world(R, now->spin, spin);
+    to_world(R, now->spin_rate, spin_rate);
+    inertia_wrench(
+        &what,
+        (inertia_motion){(const double(*)[3])R, now->velocity, spin, now->acceleration, spin_rate},
+        wrench);
+    memcpy(force, wrench, 3 * sizeof *force);
+}
+
 /* The force of what holds an end: by N of the motion, which also bears what acts at this place and
  * moves a body there. */
 static void add_reaction(balance *b, int end)
@@ -132,9 +151,9 @@ static void add_reaction(balance *b, int end)
     for (int k = 0; k < b->rod->jumps.count; k++) {
         if (m->places[k].node == motion_end_node(m, end)) {
             motion_place_force(m, k, force);
+            resist_at_end(b, k, end, R, part);
             for (int i = 0; i < 3; i++) {
-                force[i] -=
-                    solve_jump_body(&b->rod->jumps, m->number, k)[0] * m->ends[end].acceleration[i];
+                force[i] += part[i];
             }
             scene_hold_part(&kind->hold, force, part);
             for (int i = 0; i < 3; i++) {
@@ -170,14 +189,17 @@ static double energy_now(balance *b)
 {
     motion_energy energy = motion_energy_of(b->m, b->state);
     memset(b->momentum, 0, sizeof b->momentum);
-    if (b->m->has_fluid) {
-        motion_find_fluid(b->m);
+    if (b->m->has_added) {
+        motion_find_added(b->m);
     }
     for (size_t i = 0; i < motion_nodes(b->m); i++) {
         const double *V = b->m->flow[i];
         for (int k = 0; k < 3; k++) {
             b->momentum[k] += b->m->mass[i] * V[k];
-            b->momentum[k] += b->m->has_fluid ? vector_dot(b->m->fluid[i].mass[k], V) : 0;
+            if (b->m->has_added) {
+                const double *by = b->m->added[i].mass[k];
+                b->momentum[k] += vector_dot(by, V) + vector_dot(by + 3, b->m->spin[i]);
+            }
         }
     }
     return energy.kinetic + energy.strain;
@@ -249,6 +271,13 @@ static ad_status balance_all(balance *b, int count, const double *times, ad_erro
 static bool can_be_known(const solve_rod *rod)
 {
     bool moves = solve_end_is_driven(&rod->ends[0]) || solve_end_is_driven(&rod->ends[1]);
+    for (int k = 0; k < rod->jumps.count; k++) { /* how a body turns there is not known */
+        const int end = rod->jumps.at[k].s > 0.5;
+        if (rod->jumps.at[k].beside && fabs(rod->jumps.at[k].s - end) < SOLVE_SAME_PLACE &&
+            rod->ends[end].hold.directions > 0 && !rod->ends[end].holds_rotation) {
+            return false;
+        }
+    }
     return rod_numbers_of(&rod->scene).rotary_inertia > 0 &&
            !(moves && scene_locks_strains(&rod->scene));
 }

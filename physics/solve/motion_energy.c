@@ -9,6 +9,27 @@
 
 /* ---- energy -------------------------------------------------------------------------------- */
 
+/* By what the added inertia of an end's node resists. */
+static void holding_added(const motion *m, int end, double wrench[6])
+{
+    const size_t i = motion_end_node(m, end);
+    const solve_end *given = &m->rod->ends[end];
+    static const double none[3] = {0};
+    double acts[6], acceleration[6], held[3], resists[6] = {0};
+    number_law_rotary_inertia_wrench(none, m->spin[i], none, none, m->inertia[i], resists);
+    for (int k = 0; k < 3; k++) {
+        acts[k] = m->force[i][k] + m->push[i][k];
+        acts[3 + k] = m->torque[i][k] + m->turn[i][k] + resists[3 + k];
+    }
+    motion_accelerate(m, i, acts, acceleration);
+    scene_hold_part(&given->hold, m->ends[end].acceleration, held);
+    for (int k = 0; k < 3; k++) {
+        acceleration[k] += held[k];
+        acceleration[3 + k] += given->holds_rotation ? m->ends[end].spin_rate[k] : 0;
+    }
+    motion_added_wrench(m, i, acceleration, wrench);
+}
+
 /* Power of what holds an end: what its node's prescribed acceleration asks for beyond the rest. */
 static double holding_power(const motion *m, int end)
 {
@@ -16,14 +37,14 @@ static double holding_power(const motion *m, int end)
     const solve_end_state *now = &m->ends[end];
     size_t i = motion_end_node(m, end);
     const double *inertia = m->inertia[i], *w = now->spin;
-    double power = 0, force[3], held[3];
+    double power = 0, force[3], held[3], added[6] = {0};
+    if (m->has_added) {
+        holding_added(m, end, added);
+    }
     for (int k = 0; k < 3; k++) {
-        force[k] = m->mass[i] * now->acceleration[k] - m->force[i][k] - m->push[i][k];
+        force[k] = m->mass[i] * now->acceleration[k] - m->force[i][k] - m->push[i][k] - added[k];
         double moment = inertia[k] * now->spin_rate[k] - m->torque[i][k] - m->turn[i][k];
-        if (m->has_fluid) {
-            force[k] += vector_dot(m->fluid[i].mass[k], now->acceleration) - m->fluid[i].force[k];
-            moment -= m->fluid[i].moment[k];
-        }
+        moment -= added[3 + k];
         power += given->holds_rotation ? moment * w[k] : 0; /* w x rhoJ w does no work */
     }
     scene_hold_part(&given->hold, force, held);
@@ -99,7 +120,7 @@ motion_energy motion_energy_now(motion *m)
         number_law_rotary_inertia_energy(none, m->spin[i], none, none, m->inertia[i],
                                          &energy.kinetic);
     }
-    energy.kinetic += motion_fluid_energy(m);
+    energy.kinetic += motion_added_energy(m);
     return energy;
 }
 
@@ -122,8 +143,8 @@ motion_power motion_power_now(motion *m)
 {
     motion_power power = {0};
     bool moves = end_moves(m, 0) || end_moves(m, 1);
-    if (moves && m->has_fluid) {
-        motion_find_fluid(m);
+    if (moves && m->has_added) {
+        motion_find_added(m);
     }
     motion_outside_forces(m);
     if (m->is_damped || m->is_pulled || moves || m->rod->rest_moves) {

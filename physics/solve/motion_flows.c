@@ -10,7 +10,7 @@
 
 bool motion_is_separable(const motion *m)
 {
-    return !m->is_damped && !m->has_fluid;
+    return !m->is_damped && !m->has_added;
 }
 
 void motion_start(motion *m, const double *state)

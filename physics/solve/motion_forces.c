@@ -517,26 +517,28 @@ void motion_rate(motion *m, const double *state, double *rate)
     if (m->has_branch) {
         remember(m, rate + m->nodes * MOTION_ROWS);
     }
-    if (m->has_fluid) {
-        motion_find_fluid(m);
+    if (m->has_added) {
+        motion_find_added(m);
     }
     for (size_t i = 0; i < m->nodes; i++) {
         static const double none[3] = {0};
-        double *to = rate + i * MOTION_ROWS, force[3], resists[6] = {0}; /* -w x J w */
+        double *to = rate + i * MOTION_ROWS, wrench[6], resists[6] = {0}; /* -w x J w */
         const double *w = m->spin[i], *q = state + i * MOTION_ROWS + MOTION_Q;
         const double half[3] = {0.5 * w[0], 0.5 * w[1], 0.5 * w[2]};
         number_law_rotary_inertia_wrench(none, w, none, none, m->inertia[i], resists);
         quaternion_times_vector(q, half, to + MOTION_Q);
         for (int k = 0; k < 3; k++) {
-            const double torque = m->torque[i][k] + m->turn[i][k] + resists[3 + k];
-            force[k] = m->force[i][k] + m->push[i][k];
+            wrench[k] = m->force[i][k] + m->push[i][k];
+            wrench[3 + k] = m->torque[i][k] + m->turn[i][k] + resists[3 + k];
             to[MOTION_R + k] = m->flow[i][k];
-            to[MOTION_V + k] = force[k] * m->by_mass[i];
-            to[MOTION_W + k] =
-                (torque + (m->has_fluid ? m->fluid[i].moment[k] : 0)) * m->by_inertia[i][k];
+            to[MOTION_V + k] = wrench[k] * m->by_mass[i];
+            to[MOTION_W + k] = wrench[3 + k] * m->by_inertia[i][k];
         }
-        if (m->has_fluid) {
-            motion_accelerate(m, i, force, to + MOTION_V);
+        if (m->has_added && m->added[i].any) {
+            double acceleration[6];
+            motion_accelerate(m, i, wrench, acceleration);
+            memcpy(to + MOTION_V, acceleration, 3 * sizeof *to);
+            memcpy(to + MOTION_W, acceleration + 3, 3 * sizeof *to);
         }
     }
     for (int end = 0; end < 2; end++) {

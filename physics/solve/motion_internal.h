@@ -37,11 +37,12 @@ typedef struct motion_place {
     double before[4], after[4]; /* from the node's frame to those of the elements; unit */
 } motion_place;
 
-/* The fluid that moves with a node: its mass, world, and by what it resists without acceleration,
- * the force in the world and the moment in the body frame. */
-typedef struct motion_fluid {
-    double mass[3][3], force[3], moment[3];
-} motion_fluid;
+/* What moves with a node beside its own mass and inertia: its mass matrix, and by what it resists
+ * without acceleration; positions and forces in the world, turns and moments in the body frame. */
+typedef struct motion_added {
+    bool any; /* false: 0 */
+    double mass[6][6], wrench[6];
+} motion_added;
 
 enum { MOTION_OWNED_MAX = 40 };
 
@@ -56,7 +57,7 @@ struct motion {
     bool is_damped; /* Bse or Bbt, or a branch */
     bool has_branch;
     double following; /* the time within which the memory follows strains; 0: it stays */
-    bool has_fluid;   /* that moves with the rod: added mass */
+    bool has_added;   /* added mass of a fluid, or bodies beside the axis */
     bool is_pulled;   /* by actuators */
     bool has_time;    /* loads, ends and a rest shape that moves are those of `time` */
     double time;
@@ -99,7 +100,7 @@ struct motion {
     double (*turn)[3];        /* [nodes] outside moment, body */
     double (*pull_force)[3];  /* [nodes] the share of actuators in force */
     double (*pull_torque)[3]; /* [nodes] and in torque */
-    motion_fluid *fluid;      /* [nodes] */
+    motion_added *added;      /* [nodes], if any */
     double (*velocity)[3];    /* [points] V */
     double (*resistance)[3];  /* [points] per length, against V; part of the push */
 };
@@ -141,15 +142,18 @@ void motion_outside_forces(motion *m);
 /* Point i of the quadrature: its node, and the section as the element has it; q: room. */
 size_t motion_section_at(const motion *m, size_t i, double q[4], acting_on *at);
 
-/* ---- the fluid that moves with the rod (motion_fluid.c) ------------------------------------- */
+/* ---- what moves with the nodes (motion_added.c) --------------------------------------------- */
 
-/* m->fluid, of nodes that are set; its kinetic energy. */
-void motion_find_fluid(motion *m);
-double motion_fluid_energy(const motion *m);
+/* m->added, of nodes that are set; its kinetic energy. */
+void motion_find_added(motion *m);
+double motion_added_energy(const motion *m);
 
-/* The acceleration [3] of node i, on which `force` acts, with its fluid: along directions that an
- * end holds that of the end, which the other ones feel through the fluid. */
-void motion_accelerate(const motion *m, size_t i, const double force[3], double acceleration[3]);
+/* r_tt, world, and w_t, body, of node i, on which a wrench acts, force in the world and moment in
+ * the body frame: 0 along what an end holds, whose acceleration the others feel. */
+void motion_accelerate(const motion *m, size_t i, const double wrench[6], double acceleration[6]);
+
+/* By what m->added of node i resists its acceleration. */
+void motion_added_wrench(const motion *m, size_t i, const double acceleration[6], double wrench[6]);
 
 /* m->resistance, of the velocities as they are. */
 void motion_find_resistance(motion *m);
@@ -162,6 +166,9 @@ ad_status motion_place_jumps(motion *m, ad_error *error);
 /* Mass and inertia of bodies; those of the elements are in m->mass and m->inertia. At joints, the
  * frames. */
 void motion_add_bodies(motion *m);
+
+/* The rotation before place k, of nodes that are set. */
+void motion_rotation_before(const motion *m, int k, double q[4]);
 
 /* The node of place k in the frame of its joint, from rotation and spin before the joint. */
 void motion_turn_node(const motion *m, int k, const double rotation[4], const double spin[3],

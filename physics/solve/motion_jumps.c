@@ -144,8 +144,7 @@ const double *motion_frame_of(const motion *m, int element, int k)
 
 /* ---- forces -------------------------------------------------------------------------------- */
 
-/* The rotation before place k. */
-static void rotation_before(const motion *m, int k, double q[4])
+void motion_rotation_before(const motion *m, int k, double q[4])
 {
     const double *node = m->pose[m->places[k].node] + MOTION_LANE_Q;
     if (m->places[k].turns) {
@@ -175,7 +174,7 @@ void motion_act_at_places(motion *m, int kinds, double (*force)[3], double (*tor
         if (!(kinds & jumps->at[k].acting.kinds)) {
             continue;
         }
-        rotation_before(m, k, q);
+        motion_rotation_before(m, k, q);
         rotation_matrix(q, R);
         acting_wrench(&jumps->at[k].acting, solve_jump_numbers(jumps, m->number, k),
                       (acting_on){m->pose[node], q, m->flow[node]}, kinds, 1, wrench);
@@ -193,7 +192,7 @@ void motion_place_force(const motion *m, int k, double force[3])
     const solve_jumps *jumps = &m->rod->jumps;
     const size_t node = m->places[k].node;
     double q[4], wrench[6] = {0};
-    rotation_before(m, k, q);
+    motion_rotation_before(m, k, q);
     acting_wrench(&jumps->at[k].acting, solve_jump_numbers(jumps, m->number, k),
                   (acting_on){m->pose[node], q, m->flow[node]}, ACTING_ALL, 1, wrench);
     memcpy(force, wrench, 3 * sizeof *force);
@@ -205,7 +204,7 @@ double motion_places_energy(const motion *m)
     double energy = 0;
     for (int k = 0; k < jumps->count; k++) {
         double q[4];
-        rotation_before(m, k, q);
+        motion_rotation_before(m, k, q);
         energy += acting_energy(&jumps->at[k].acting, solve_jump_numbers(jumps, m->number, k),
                                 (acting_on){m->pose[m->places[k].node], q, NULL});
     }

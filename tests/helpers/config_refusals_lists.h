@@ -246,6 +246,9 @@ static const refusal list_refusals[] = {
      "take rod.model euler_bernoulli or timoshenko"},
     {BEAM "loads: {points: [{at: 0.5, force: [0, 1, 0]}]}\n", NULL,
      "scene.yaml:5:23: loads.points[0].at: acts on a rod in space; a beam has beam.points"},
+    {BEAM "bodies: [{at: 0.5, mass: 1, offset: [0, 0.1, 0]}]\n", NULL,
+     "scene.yaml:5:37: bodies[0].offset: is of rods; allowed: a body of a beam whose centre is on "
+     "it"},
     {BEAM "bodies: [{at: 0.5, mass: 1, magnetic_moment: [0, 0, 1]}]\n", NULL,
      "scene.yaml:5:46: bodies[0].magnetic_moment: is of rods; allowed: a body of a beam without "
      "it"},

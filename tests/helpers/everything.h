@@ -19,7 +19,8 @@
     "  end: {type: loaded}\n"                                                                      \
     "tendons: [{offset: [0.03*(1+s), 0.02], end: 0.6, tension: 2*(p/200)}]\n"                      \
     "chambers: [{offset: [-0.02, 0.03], pressure: 10*p, area: 1.0e-3}]\n"                          \
-    "bodies: [{at: 1, mass: 0.2, inertia: [0.01, 0.02, 0.03]}, {at: 0.6, mass: 0.1}]\n"            \
+    "bodies: [{at: 1, mass: 0.2, offset: [0.05, -0.04, 0.06], inertia: [0.01, 0.02, 0.03]}, {at: " \
+    "0.6, mass: 0.1}]\n"                                                                           \
     "springs: [{at: 1, stiffness: [3, 1, 2], turning: [0.2, 0.2, 0.2]}]\n"                         \
     "loads:\n"                                                                                     \
     "  gravity: [1, -2, -3]\n"                                                                     \

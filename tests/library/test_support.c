@@ -154,7 +154,9 @@ static const feature_scene scenes[] = {
     {.feature = "a point load", .changes = {"loads.points=[{at: 0.1, force: [0, 2, 0]}]"}},
     {.feature = "a body",
      .on_tape = WAVES,
-     .changes = {"loads.gravity=[1, -5, 0]", "bodies=[{at: 0.2, mass: 0.3}]"}},
+     .changes = {"loads.gravity=[1, -5, 0]",
+                 "bodies=[{at: 0.2, mass: 0.3, offset: [0, 0.01, 0.01]}]"},
+     .moving = {"losses.interior.points=200"}}, /* of a network; 100 leave 5e-3 */
     {.feature = "a spring",
      .on_tape = WAVES,
      .changes = {"springs=[{at: 0.2, stiffness: [100, 100, 0]}]"}},

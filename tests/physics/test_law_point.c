@@ -46,6 +46,9 @@ static void in_numbers(law_name name, const double *x, double *out)
     } else if (name == LAW_ROTARY_INERTIA) {
         number_law_rotary_inertia_energy(MOVING(x), out);
         number_law_rotary_inertia(MOVING(x), wrench, by);
+    } else if (name == LAW_ECCENTRICITY) {
+        number_law_eccentricity_energy(MOVING(x), out);
+        number_law_eccentricity(MOVING(x), wrench, by);
     } else if (name == LAW_ADDED_MASS) {
         number_law_added_mass_energy(MOVING(x), out);
         number_law_added_mass(MOVING(x), wrench, by);
@@ -78,6 +81,8 @@ FOR_EACH_PROCESSOR static void in_lanes(law_name name, const lanes *x, lanes *ou
         lanes_law_damping(x, x + 3, x + 6, out + 1, out + 1 + LAW_WRENCH);
     } else if (name == LAW_ROTARY_INERTIA) {
         lanes_law_rotary_inertia(MOVING(x), out + 1, out + 1 + LAW_WRENCH);
+    } else if (name == LAW_ECCENTRICITY) {
+        lanes_law_eccentricity(MOVING(x), out + 1, out + 1 + LAW_WRENCH);
     } else if (name == LAW_ADDED_MASS) {
         lanes_law_added_mass(MOVING(x), out + 1, out + 1 + LAW_WRENCH);
     } else {
