@@ -459,6 +459,7 @@ def chooses(browser, path):
     assert browser.evaluate("byId('answer').textContent === byId('picture').getAttribute('aria-label')")
     cells = browser.evaluate("[...document.querySelectorAll('#files tbody tr')[1].cells].map(x => x.textContent)")
     assert cells[2:6] == ["2", "1.414 mm", "1 mm", "1 mm"], cells
+    assert browser.evaluate("residuals.size(NaN, 'm')") == "\u2013"  # where there is no solution
     browser.evaluate("document.querySelectorAll('#files tbody tr')[0].click()")
     assert browser.evaluate("[byId('time').min, byId('time').max]") == ["0", "1"], "poses of that file"
     dots = browser.evaluate("residuals.charts[0].about.series.map(one => one.count)")

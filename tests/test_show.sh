@@ -179,6 +179,13 @@ said member.html '"direction", "30"'
 measured
 said judged.json '"identified": null'
 said judged.json '"judged": "held_out"'
+sed -e 's/, 2\]/, 2.0e+5]/' pulled.yaml >huge.yaml # far beyond where a rod has ends
+mkdir huge
+sed '6,7s/^[^,]*/1.0e+5/' seen.csv >huge/seen.csv
+run 3 cpinn-solve huge.yaml --data huge --residuals huge.csv
+said stdout.txt '^warning \(misfit\): data\[1\]: there is no solution for 2 rows of seen.csv'
+run 0 cpinn-show huge.csv
+said huge.html '"worst": null'
 test $python = 77 || check numbers of rows -- python3 "$ROOT/tests/test_show.py" residuals rows.html rows.csv
 rm rows_shapes.h5
 run 0 cpinn-show rows.csv --out without.html

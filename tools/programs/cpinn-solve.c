@@ -246,9 +246,7 @@ static ad_status find_unknowns(solving *solving, ad_error *error)
         verdict_add(&solving->verdict, VERDICT_SIGNAL, "stopped and saved; --resume goes on");
         return AD_OK;
     }
-    if (unknown->found.count > 0) {
-        identified_verdict(&unknown->found, unknown->open, &solving->verdict);
-    }
+    unknowns_verdict(unknown, &solving->verdict);
     if (!o->quiet) {
         unknowns_print(&solving->unknown);
         if (solving->only_identified) {

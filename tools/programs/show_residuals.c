@@ -103,6 +103,12 @@ static const char *unit_of(const shown *x, size_t row)
     return "";
 }
 
+/* Whether a row is further off; nothing is further than where there is no solution. */
+static bool is_worse(const shown *x, size_t row, size_t than)
+{
+    return !isnan(x->distance[than]) && !(x->distance[row] <= x->distance[than]);
+}
+
 /* How far rows are off in which nothing is missing that others have. */
 static void judge_entry(shown *x, entry *of)
 {
@@ -115,7 +121,7 @@ static void judge_entry(shown *x, entry *of)
     }
     for (size_t row = of->first; row < of->first + of->rows; row++) {
         if (count_numbers(x, row) == of->complete) {
-            of->worst = x->distance[row] > x->distance[of->worst] || rows == 0 ? row : of->worst;
+            of->worst = rows == 0 || is_worse(x, row, of->worst) ? row : of->worst;
             x->few[rows++] = x->distance[row];
         }
     }

@@ -113,6 +113,24 @@ void unknowns_free(unknowns *x)
     *x = (unknowns){.settings = NULL};
 }
 
+void unknowns_verdict(const unknowns *unknowns, verdict *result)
+{
+    if (unknowns->found.count > 0) {
+        identified_verdict(&unknowns->found, unknowns->open, result);
+    }
+    for (int i = 0; i < unknowns->fit.count; i++) {
+        const judged_set *set = &unknowns->fit.set[i];
+        if (set->unsolved > 0) {
+            verdict_add(
+                result, VERDICT_MISFIT,
+                "data[%d]: there is no solution for %zu rows of %.60s, so that nobody knows "
+                "how far they are off",
+                set->entry, set->unsolved,
+                file_bytes_name(unknowns->settings->settings.data[set->entry].file));
+        }
+    }
+}
+
 /* ---- for people ---------------------------------------------------------------------------- */
 
 static void print_correlations(const unknowns *unknowns)
@@ -243,6 +261,7 @@ static void write_fit(const unknowns *unknowns, json *to)
         json_number(to, "worst", set->worst);
         json_number(to, "chi_squared", set->chi_squared);
         json_integer(to, "numbers", (long long)set->numbers);
+        json_integer(to, "unsolved", (long long)set->unsolved);
         json_close(to, '}');
     }
     json_close(to, ']');

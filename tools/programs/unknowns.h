@@ -33,6 +33,9 @@ void unknowns_free(unknowns *unknowns);
 /* The parameters that are neither found nor given by `at`, so that no member is meant. */
 bool unknowns_leave_family(const unknowns *unknowns, const char *at);
 
+/* What speaks against what was found, and rows of data that the scene has no solution for. */
+void unknowns_verdict(const unknowns *unknowns, verdict *result);
+
 void unknowns_print(const unknowns *unknowns);
 /* The residuals to `path`, and shapes of the rod beside it, where rows were wanted; says so unless
  * quiet. Errors of table_write. */

@@ -9,7 +9,9 @@ const mean = values => values.reduce((sum, x) => sum + x, 0) / values.length;
 
 class Residuals {
     constructor(data) {
-        this.entries = data.entries;
+        const number = value => (value === null ? NaN : value);
+        this.entries = data.entries.map(e => ({ ...e, rms: number(e.rms), mean: number(e.mean),
+            median: number(e.median), worst: number(e.worst) }));
         for (const from of data.columns) {
             this[from.name] = column(from); /* pose, marker, s, t, distance */
         }
@@ -28,16 +30,21 @@ class Residuals {
         }
         this.unit = this.entries[0].unit;
         const largest = this.entries.filter(e => e.unit === this.unit)
-            .reduce((a, b) => (b.worst > a.worst ? b : a));
+            .reduce((a, b) => (this.far(b.worst_row) > this.far(a.worst_row) ? b : a));
         this.as = new Map(); /* the same prefix for all that has a unit */
         for (const { unit } of this.entries) {
             this.as.set(unit, prefix(Math.max(...this.entries.filter(e => e.unit === unit)
-                .map(e => e.worst)), unit));
+                .map(e => e.worst || 0)), unit));
         }
         this.row = largest.worst_row; /* that is looked at */
         this.files = null; /* null: all of the unit; else an entry */
         this.which = 0;    /* 0: all markers */
         this.player = null;
+    }
+
+    /* Of a row; where there is no solution, nothing is further. */
+    far(row) {
+        return Number.isFinite(this.distance.at(row)) ? this.distance.at(row) : Infinity;
     }
 
     /* Its part of the page; player (null: there are no shapes) shows the poses. */
@@ -57,7 +64,8 @@ class Residuals {
     /* Of a distance or a component, as all of that unit are written. */
     size(value, unit, count = 3) {
         const as = this.as.get(unit);
-        return digits(value * as.factor, count) + (as.unit ? " " + as.unit : "");
+        return digits(value * as.factor, count)
+            + (as.unit && Number.isFinite(value) ? " " + as.unit : "");
     }
 
     /* ---- names ----------------------------------------------------------------------------- */
@@ -111,7 +119,8 @@ class Residuals {
 
     #fillTables() {
         const box = byId("files"), say = element("p", {}, box), one = this.entries[this.entryOf[this.row]];
-        element("b", { text: `Largest: ${this.size(this.distance.at(this.row), one.unit)}` }, say);
+        element("b", { text: this.far(this.row) === Infinity ? "No solution"
+            : `Largest: ${this.size(this.distance.at(this.row), one.unit)}` }, say);
         say.append(` at ${this.poseName(this.row)} of ${one.file}, ${this.markerName(this.row)}`
             + `. ${this.#compare()}`);
         const row = element("div", { class: "beside" }, box);
@@ -170,8 +179,8 @@ class Residuals {
 
     #addWorst() {
         addDetails("The largest residuals", true, box => {
-            const rows = this.all.slice().sort((a, b) => this.distance.at(b) - this.distance.at(a))
-                .filter(row => Number.isFinite(this.distance.at(row))).slice(0, 20);
+            const rows = this.all.filter(row => this.far(row) < Infinity)
+                .sort((a, b) => this.far(b) - this.far(a)).slice(0, 20);
             const table = addTable(box, [["distance", "file", "pose", "place", ...this.components.map(
                 c => c.name), "inputs"], ...rows.map(row => {
                 const { unit } = this.entries[this.entryOf[row]];
@@ -225,7 +234,7 @@ class Residuals {
         this.fileRows.forEach((line, k) => line.classList.toggle("chosen", k === this.files));
         const rows = this.#selected();
         if (rows.length && !rows.includes(this.row)) {
-            this.row = rows.reduce((a, b) => (this.distance.at(b) > this.distance.at(a) ? b : a));
+            this.row = rows.reduce((a, b) => (this.far(b) > this.far(a) ? b : a));
         }
         this.#markersTable();
         this.#fillCharts(rows);

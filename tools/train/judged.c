@@ -59,6 +59,7 @@ static size_t judge_set(const scene *open, const solve_measured *set, const doub
         const double square = measured_square(count, residuals + result->numbers);
         result->numbers += count;
         result->chi_squared += square;
+        result->unsolved += isnan(square) != 0;
         if (count == all) {
             distances[rows++] = set->noise[0] * sqrt(square);
         }

@@ -15,6 +15,7 @@ typedef struct judged_set {
     double rms, mean, median, worst;
     double chi_squared; /* of all its numbers, each over its noise as it is given, else 1 */
     size_t numbers;
+    size_t unsolved; /* rows, also with missing numbers, for which there is no solution */
 } judged_set;
 
 typedef struct judged {
