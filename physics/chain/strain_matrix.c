@@ -443,7 +443,24 @@ PROCESSOR_INLINE void change_strains(strain_form *form, int node, const lanes *d
     memcpy(strains + 3, direction + 3 * node, 3 * sizeof *strains);
 }
 
-/* By how much tendons become shorter than they may be. */
+/* Whether no point asks another, neither how it is turned. */
+static bool is_apart(const strain_form *form)
+{
+    return form->is_unloaded && !form->kind.shears;
+}
+
+/* The same there: turned with the section, strains change by what acts at the point alone. */
+PROCESSOR_INLINE void change_strains_apart(strain_form *form, const strain_sources *sources,
+                                           int node, const lanes *direction, lanes strains[6])
+{
+    memset(strains, 0, 3 * sizeof *strains);
+    if (moves_points(form, sources)) {
+        lanes_to_body(form->at[node].R, form->pulled[node][0], strains);
+    }
+    memcpy(strains + 3, direction + 3 * node, 3 * sizeof *strains);
+}
+
+/* By how much tendons become shorter than they may be; points NULL: each is apart. */
 PROCESSOR_INLINE void rows_of_lengths(strain_form *form, const strain_sources *sources,
                                       const lanes *direction, changed *points, lanes *to)
 {
@@ -455,10 +472,14 @@ PROCESSOR_INLINE void rows_of_lengths(strain_form *form, const strain_sources *s
     }
     for (int i = 0; i < form->nodes && form->tension_count > 0; i++) {
         lanes strains[6];
-        change_strains(form, i, direction, &points[i], strains);
+        if (points) {
+            change_strains(form, i, direction, &points[i], strains);
+        } else {
+            change_strains_apart(form, sources, i, direction, strains);
+        }
         for (int k = 0; k < form->tension_count; k++) {
             const strain_tension *of = &form->tensions[k];
-            for (int c = 0; c < 6; c++) {
+            for (int c = 0; c < 6 && of->share[i] > 0; c++) {
                 to[form->tension_at + k] -= of->share[i] * of->along[i][c] * strains[c];
             }
         }
@@ -487,6 +508,19 @@ PROCESSOR_INLINE void rows_of_edges(strain_form *form, const strain_sources *sou
         apply(form->held, last->turn, to + form->moment_at);
         SUBTRACT_SOURCE(end[1], to + form->moment_at)
     }
+}
+
+PROCESSOR_INLINE void change_apart(strain_form *form, const strain_sources *sources,
+                                   const lanes *direction, lanes *to)
+{
+    change_pulls(form, sources, direction);
+    for (int i = 0; i < form->nodes; i++) {
+        apply(form->at[i].L, direction + 3 * i, to + 3 * i);
+        if (moves_points(form, sources)) {
+            add_lanes(3, form->pulled[i][1], to + 3 * i);
+        }
+    }
+    rows_of_lengths(form, sources, direction, NULL, to);
 }
 
 /* The matrix times a direction [unknowns], and sources, NULL: none. */
@@ -530,7 +564,11 @@ void strain_form_linearise(strain_form *form)
 
 FOR_EACH_PROCESSOR static void change_all(strain_form *form, const lanes *direction, lanes *result)
 {
-    change(form, NULL, direction, result);
+    if (is_apart(form)) {
+        change_apart(form, NULL, direction, result);
+    } else {
+        change(form, NULL, direction, result);
+    }
 }
 
 void strain_form_apply(strain_form *form, const lanes *direction, lanes *result)
@@ -543,9 +581,18 @@ FOR_EACH_PROCESSOR static void change_given(strain_form *form, const strain_sour
                                             lanes (*strains)[6])
 {
     changed *points = form->columns;
-    change(form, sources, direction, result);
+    const bool apart = is_apart(form);
+    if (apart) {
+        change_apart(form, sources, direction, result);
+    } else {
+        change(form, sources, direction, result);
+    }
     for (int i = 0; i < form->nodes; i++) {
-        change_strains(form, i, direction, &points[i], strains[i]);
+        if (apart) {
+            change_strains_apart(form, sources, i, direction, strains[i]);
+        } else {
+            change_strains(form, i, direction, &points[i], strains[i]);
+        }
     }
 }
 
