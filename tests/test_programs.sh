@@ -389,8 +389,14 @@ refused 'residual.outputs: says .m0: -1.; allowed: how large it may be, a number
     "$rest" --set 'residual.outputs={m0: -1, m1: 1, n0: 1, n1: 1}'
 refused 'residual.inputs\[0\]: column 1 of .pulll.: unknown name' cpinn-residual "$rest" \
     --set 'residual.inputs=[pulll]'
-refused 'residual.inputs\[1\]: depends on what is to be found' cpinn-residual "$rest" \
-    --set 'residual.inputs=[pull+load,modulus]'
+refused 'residual.inputs\[1\]: depends on what it says' cpinn-residual "$rest" \
+    --set 'residual.inputs=[pull+load,m0]'
+refused 'residual.inputs: has a play whose threshold' cpinn-residual "$rest" \
+    --set 'residual.inputs=["play(pull,load-1)"]'
+# a network that knows what was pulled before; then alone, at the first row of a path
+run 0 cpinn-residual "$rest" --set 'residual.inputs=[pull,load,"play(pull,0.2)"]' --folds 2 --out lag.h5
+said stdout.txt '^40 poses fitted, 120 rows; 60 rows held out; 4 outputs of 3 inputs, 132 numbers'
+run 0 cpinn-solve "$rest" --set residual.file="$PWD/lag.h5" --at pull=1.5,load=0.5 --grid 2 --out lag.csv
 refused 'residual.file: .*: is not a cpinn checkpoint' cpinn-solve "$rest" \
     --set residual.file="$PWD/true.csv" --at pull=1,load=0
 refused 'allowed: a name that ends in .h5' cpinn-residual "$rest" --out rest.csv

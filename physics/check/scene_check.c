@@ -400,11 +400,23 @@ static bool member_to_check(int number, int count, const double *spread, double 
     return drawn < SPREAD;
 }
 
+/* Points [count][SPREAD]; the sequence has fewer dimensions than a scene may have parameters, and
+ * those beyond are the first ones backwards. */
+static ad_status draw_spread(int count, double *spread, ad_error *error)
+{
+    const int most = SAMPLING_MAX_DIMENSION, drawn = count < most ? count : most;
+    const ad_status status = sampling_fill(SAMPLING_SOBOL, NULL, drawn, SPREAD, spread, error);
+    for (int i = drawn * SPREAD; status == AD_OK && i < count * SPREAD; i++) {
+        spread[i] = spread[(i / SPREAD - drawn) * SPREAD + SPREAD - 1 - i % SPREAD];
+    }
+    return status;
+}
+
 static ad_status check_members(const scene *family, const char **key, ad_error *error)
 {
     const int count = family->parameter_count;
     double fractions[SCENE_PARAMETERS_MAX], spread[SCENE_PARAMETERS_MAX * SPREAD];
-    ad_status status = sampling_fill(SAMPLING_SOBOL, NULL, count, SPREAD, spread, error);
+    ad_status status = draw_spread(count, spread, error);
     ad_error reason = {AD_OK, ""}, another;
     const char *other;
     int checked = 0, refused = 0;

@@ -201,15 +201,18 @@ static void add_state(scene *to, const quantity_play *play)
     to->parameter_count++;
 }
 
-ad_status scene_remember(scene *rod_scene, const char **key, ad_error *error)
+ad_status scene_remember(scene *rod_scene, int count, const quantity *others, const char **key,
+                         ad_error *error)
 {
-    int count;
-    const quantity_play *plays = quantities_plays(rod_scene->names, &count);
+    int play_count;
+    const quantity_play *plays = quantities_plays(rod_scene->names, &play_count);
     quantity before[QUANTITY_PLAYS_MAX];
     ad_status status = AD_OK;
-    for (int i = 0; i < count && status == AD_OK; i++) {
+    for (int i = 0; i < play_count && status == AD_OK; i++) {
         quantity input = plays[i].input, value = plays[i].value;
+        const bool beside = quantity_any_depends_on(count, others, plays[i].before);
         *key = key_of(rod_scene, plays[i].before);
+        *key = *key || !beside ? *key : "residual.inputs";
         if (!*key) {
             continue;
         }

@@ -11,11 +11,12 @@
 
 #include "physics/scene/scene.h"
 
-/* Gives the plays of a scene's formulas their place, once these are read and its duration and
- * parameters are known. AD_BAD_INPUT with the key to blame: a play along the rod, a threshold that
- * changes in time, one that may be negative, an input whose turns are too many or depend on
- * parameters, too many parameters. AD_NO_MEMORY. */
-ad_status scene_remember(scene *rod_scene, const char **key, ad_error *error);
+/* Gives the plays of a scene's formulas, and of `count` others beside it, their place, once these
+ * are read and its duration and parameters are known. AD_BAD_INPUT with the key to blame: a play
+ * along the rod, a threshold that changes in time, one that may be negative, an input whose turns
+ * are too many or depend on parameters, too many parameters. AD_NO_MEMORY. */
+ad_status scene_remember(scene *rod_scene, int count, const quantity *others, const char **key,
+                         ad_error *error);
 
 /* The states before each row of a path: parameters [rows][parameter_count], of which all others are
  * given. slopes [rows][memory_count][parameter_count]: their derivatives along unknowns, which are

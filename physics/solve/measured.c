@@ -201,9 +201,9 @@ void solve_trials_fill(const solve_trials *trials, const double *values, size_t 
     for (int i = 0; i < trials->open.parameter_count; i++) {
         parameters[i] = row->known[i];
     }
-    values += trials->apart ? experiment * (size_t)trials->unknowns : 0;
+    const double *own = values + (trials->apart ? experiment * (size_t)trials->unknowns : 0);
     for (int i = 0; i < trials->unknowns; i++) {
-        parameters[scene_known_count(&trials->open) + i] = values[i];
+        parameters[scene_known_count(&trials->open) + i] = own[i];
     }
     trial_memory_fill(trials->memory, values, row->turn, parameters);
 }
@@ -213,12 +213,9 @@ static size_t values_of(const solve_trials *trials)
     return (size_t)trials->unknowns * (trials->apart ? trials->experiments : 1);
 }
 
-void solve_trials_tell(const solve_trials *trials, size_t *experiment, double *parameters)
+void solve_trials_tell(const solve_trials *trials, size_t *experiment)
 {
-    const size_t width = (size_t)trials->open.parameter_count;
     for (size_t e = 0; e < trials->experiments; e++) {
-        memcpy(parameters + e * width, trials->row[trials->first[e]].known,
-               width * sizeof *parameters);
         for (size_t r = trials->first[e]; r < trials->first[e + 1]; r++) {
             const measured_row *row = &trials->row[r];
             const size_t count = solve_trials_row_residuals(trials, row);
@@ -227,6 +224,23 @@ void solve_trials_tell(const solve_trials *trials, size_t *experiment, double *p
             }
         }
     }
+}
+
+ad_status solve_trials_remember(solve_trials *trials, const double *values, bool slopes,
+                                double *parameters, ad_error *error)
+{
+    const ad_status status = trial_memory_follow(trials->memory, 1, values, slopes, error);
+    for (size_t e = 0; status == AD_OK && e < trials->experiments; e++) {
+        solve_trials_fill(trials, values, e, parameters + e * (size_t)trials->open.parameter_count);
+    }
+    return status;
+}
+
+double solve_trials_change(const solve_trials *trials, size_t experiment, int parameter,
+                           const double *column)
+{
+    return trial_memory_change(trials->memory, trials->row[trials->first[experiment]].turn,
+                               (size_t)parameter, column);
 }
 
 static ad_status keep_curvature(solve_trials *trials, ad_error *error)

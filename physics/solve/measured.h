@@ -58,12 +58,21 @@ ad_status solve_trials_create(const scene *open, int sets, const solve_measured 
 void solve_trials_free(solve_trials *trials); /* NULL is allowed */
 
 /* From now on each experiment has values of its own: where one trial is run or differentiated,
- * values are [experiments][unknowns]. AD_NO_MEMORY. */
+ * values are [experiments][unknowns]. What inputs with a memory depend on has to be the same for
+ * all. AD_NO_MEMORY. */
 ad_status solve_trials_apart(solve_trials *trials, ad_error *error);
 
-/* The experiment of each residual [residuals], and its parameters [experiments][parameter_count], 0
- * of unknowns. */
-void solve_trials_tell(const solve_trials *trials, size_t *experiment, double *parameters);
+/* The experiment of each residual [residuals]. */
+void solve_trials_tell(const solve_trials *trials, size_t *experiment);
+
+/* Their parameters [experiments][parameter_count] at the values of one trial, with what inputs with
+ * a memory were before each; and, where slopes were wanted, the derivative of a number by an
+ * unknown, of its derivatives by all parameters at fixed states, column [parameter_count].
+ * AD_NO_MEMORY. */
+ad_status solve_trials_remember(solve_trials *trials, const double *values, bool slopes,
+                                double *parameters, ad_error *error);
+double solve_trials_change(const solve_trials *trials, size_t experiment, int parameter,
+                           const double *column);
 
 size_t solve_trials_residuals(const solve_trials *trials); /* numbers that were measured */
 size_t solve_trials_experiments(const solve_trials *trials);

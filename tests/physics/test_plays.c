@@ -61,7 +61,7 @@ static made make_good(const char *formula, double duration)
     const char *key;
     ad_error error;
     if (quantity_check(m.open.loads.tip.force[0], &error) != AD_OK ||
-        scene_remember(&m.open, &key, &error) != AD_OK) {
+        scene_remember(&m.open, 0, NULL, &key, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     return m;
@@ -203,7 +203,7 @@ static void test_refusals(void **state)
         const char *key = "";
         ad_error error = {.message = ""};
         ad_status status = quantity_check(m.open.loads.tip.force[0], &error);
-        status = status == AD_OK ? scene_remember(&m.open, &key, &error) : status;
+        status = status == AD_OK ? scene_remember(&m.open, 0, NULL, &key, &error) : status;
         assert_int_equal(status, AD_BAD_INPUT);
         assert_non_null(strstr(error.message, wrong[i].what));
         quantities_free(m.names);

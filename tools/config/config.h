@@ -56,6 +56,8 @@ typedef struct config_residual {
     const char *outputs; /* lines "name=how large it may be"; NULL: none */
     int input_count;     /* 0: all parameters that are known */
     const char *inputs[LEARNED_INPUTS_MAX];
+    int formula_count; /* those of the file, else the inputs */
+    quantity formula[LEARNED_INPUTS_MAX];
     int hidden_count, hidden[LEARNED_LAYERS_MAX];
     const char *file;    /* relative to the YAML file, absolute once read; NULL: not learned */
     learned_file *saved; /* what it holds */

@@ -208,7 +208,9 @@ static ad_status remember(config *experiment, ad_error *error)
 {
     const char *key = "";
     ad_error reason;
-    return scene_remember(&experiment->scene, &key, &reason) == AD_OK
+    const config_residual *residual = &experiment->residual;
+    const int inputs = config_residual_opens(experiment) ? residual->formula_count : 0;
+    return scene_remember(&experiment->scene, inputs, residual->formula, &key, &reason) == AD_OK
                ? AD_OK
                : refuse(experiment, key, &reason, error);
 }
@@ -227,6 +229,7 @@ ad_status config_parse_formulas(config *experiment, ad_error *error)
             status = parse_field(experiment, key, index, error);
         }
     }
+    status = status == AD_OK ? config_residual_inputs(experiment, error) : status;
     quantities_know_plays(experiment->names, false);
     status = status == AD_OK ? remember(experiment, error) : status;
     status = status == AD_OK ? config_check_residual(experiment, error) : status;

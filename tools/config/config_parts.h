@@ -147,6 +147,8 @@ ad_status config_take_law(config *experiment, ad_error *error);
  * names; and whether all are used (config_residual.c). */
 ad_status config_take_residual(config *experiment, ad_error *error);
 ad_status config_define_residual(config *experiment, ad_error *error);
+ad_status config_residual_inputs(config *experiment, ad_error *error);
+bool config_residual_opens(const config *experiment); /* outputs are to be learned */
 bool config_residual_uses(const config *experiment, const char *name); /* as an input */
 ad_status config_check_residual(const config *experiment, ad_error *error);
 

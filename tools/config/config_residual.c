@@ -74,8 +74,9 @@ ad_status config_take_residual(config *experiment, ad_error *error)
 static ad_status make_formulas(config *experiment, quantity *y, ad_error *error)
 {
     const learned_file *saved = experiment->residual.saved;
-    quantity x[LEARNED_INPUTS_MAX];
+    quantity *x = experiment->residual.formula;
     ad_error reason;
+    experiment->residual.formula_count = saved->net.inputs;
     for (int i = 0; i < saved->net.inputs; i++) {
         x[i] = quantity_formula(experiment->names, saved->inputs.name[i]);
         if (quantity_check(x[i], &reason) != AD_OK) {
@@ -164,25 +165,41 @@ ad_status config_check_residual(const config *experiment, ad_error *error)
                                 "has '%s', but no formula of the scene uses it", name);
         }
     }
-    for (int i = 0; i < experiment->residual.input_count; i++) {
-        const char *text = experiment->residual.inputs[i];
+    return AD_OK;
+}
+
+/* Formulas are read once: each reading of a play is another one. */
+ad_status config_residual_inputs(config *experiment, ad_error *error)
+{
+    config_residual *residual = &experiment->residual;
+    for (int i = 0; i < residual->input_count && !residual->saved; i++) {
         char path[CONFIG_PATH_MAX];
         ad_error reason;
         snprintf(path, sizeof path, "residual.inputs[%d]", i);
-        if (quantity_check(quantity_formula(experiment->names, text), &reason) != AD_OK) {
+        residual->formula[i] = quantity_formula(experiment->names, residual->inputs[i]);
+        residual->formula_count = i + 1;
+        if (quantity_check(residual->formula[i], &reason) != AD_OK) {
             return config_blame(experiment->source, error, path, "%s", reason.message);
         }
     }
     return AD_OK;
 }
 
+bool config_residual_opens(const config *experiment)
+{
+    char name[CONFIG_PARAMETER_BYTES];
+    const char *lines = experiment->residual.outputs, *size;
+    size_t length;
+    bool opens = false;
+    while (config_residual_output(&lines, name, &size, &length)) {
+        opens = opens || scene_parameter_find(&experiment->scene, name) >= 0;
+    }
+    return opens;
+}
+
 bool config_residual_uses(const config *experiment, const char *name)
 {
     const config_residual *residual = &experiment->residual;
-    bool uses = residual->outputs && residual->input_count == 0;
-    for (int i = 0; i < residual->input_count; i++) {
-        uses = uses ||
-               quantity_depends_on(quantity_formula(experiment->names, residual->inputs[i]), name);
-    }
-    return uses;
+    return (residual->outputs && residual->formula_count == 0) ||
+           quantity_any_depends_on(residual->formula_count, residual->formula, name);
 }

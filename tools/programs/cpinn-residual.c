@@ -3,6 +3,7 @@
 #include "tools/control/observation.h"
 #include "tools/control/reduced_model.h"
 #include "tools/control/residual.h"
+#include "tools/files/json.h"
 #include "tools/files/table_file.h"
 #include "tools/prepare/prepare.h"
 #include "tools/programs/fit_run.h"
@@ -18,7 +19,7 @@
 static const char program[] = "cpinn-residual";
 
 typedef struct options {
-    const char *config, *measured, *out;
+    const char *config, *measured, *out, *json;
     cli_list overrides;
     int units, steps, held_out, seed;
     int folds, left_out, choices, threads; /* at rest */
@@ -323,6 +324,11 @@ static ad_status learn_motions(learning *x, ad_error *error)
 {
     options *o = &x->asked;
     o->out = o->out ? o->out : "residual.csv";
+    if (o->json) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "--json: of motions there is none; allowed: scenes at rest that have "
+                       "residual.outputs");
+    }
     if (!o->measured) {
         return ad_fail(error, AD_BAD_INPUT,
                        "--measured is missing; give a table of measured motions, or to the scene "
@@ -345,6 +351,7 @@ static ad_status learn_rest(options *o, ad_error *error)
                                        .choices = o->choices,
                                        .threads = o->threads,
                                        .seed = (uint64_t)o->seed,
+                                       .json = o->json,
                                        .run = &o->run};
     const size_t length = strlen(asked.out);
     if (o->measured || o->held_out > 0) {
@@ -356,7 +363,8 @@ static ad_status learn_rest(options *o, ad_error *error)
         return ad_fail(error, AD_BAD_INPUT, "--out %s: allowed: a name that ends in .h5",
                        asked.out);
     }
-    return residual_rest(&asked, error);
+    const ad_status status = json_check_path(o->json, error);
+    return status == AD_OK ? residual_rest(&asked, error) : status;
 }
 
 /* Of a scene with residual.outputs what is learned is at rest, else in motion. */
@@ -395,6 +403,7 @@ int main(int argc, char **argv)
                                {"--held-out", "N", CLI_INTEGER, &o->held_out, 0, RUNS_MAX},
                                {"--noise", "M", CLI_NUMBER, &o->noise, 1e-12, 1e3},
                                CLI_SEED(&o->seed),
+                               CLI_JSON(&o->json),
                                {"--run", "DIR", CLI_TEXT, &o->run.folder, 0, 0},
                                {"--resume", NULL, CLI_FLAG, &o->run.resume, 0, 0},
                                {"--watch", NULL, CLI_FLAG, &o->run.watch, 0, 0}};

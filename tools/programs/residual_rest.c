@@ -1,7 +1,7 @@
 #include "tools/programs/residual_rest.h"
 
 #include "physics/numerics/sort.h"
-#include "tools/files/table_file.h"
+#include "tools/files/json.h"
 #include "tools/prepare/config_experiment.h"
 #include "tools/train/learned_rest.h"
 #include "tools/train/measurements.h"
@@ -69,21 +69,20 @@ static ad_status read_inputs(resting *x, ad_error *error)
 {
     const config_residual *residual = &x->open->residual;
     const scene *open = &x->open->scene;
-    if (open->memory_count > 0) {
-        return config_refuse(x->open, "residual.outputs",
-                             "are beside a play; allowed: scenes without a memory", error);
-    }
-    x->inputs = residual->input_count ? residual->input_count : scene_known_count(open);
+    x->inputs = residual->input_count ? residual->input_count : scene_given_count(open);
     for (int i = 0; i < x->inputs; i++) {
         char key[40];
         snprintf(key, sizeof key, "residual.inputs[%d]", i);
         x->input[i] = residual->input_count ? residual->inputs[i] : open->parameters[i].name;
-        x->formula[i] = quantity_formula(x->open->names, x->input[i]);
-        for (int k = scene_known_count(open); k < open->parameter_count; k++) {
-            if (quantity_depends_on(x->formula[i], open->parameters[k].name)) {
+        x->formula[i] = residual->input_count ? residual->formula[i]
+                                              : quantity_formula(x->open->names, x->input[i]);
+        for (int k = open->parameter_count - x->outputs; k < open->parameter_count; k++) {
+            const char *name = open->parameters[k].name;
+            if (quantity_depends_on(x->formula[i], name) ||
+                quantity_any_depends_on(open->memory_count, open->memory, name)) {
                 return config_refuse(x->open, key,
-                                     "depends on what is to be found; allowed: formulas of "
-                                     "parameters with a range that are known",
+                                     "depends on what it says, or a play does; allowed: formulas "
+                                     "of the other parameters with a range",
                                      error);
             }
         }
@@ -133,10 +132,10 @@ static ad_status make(resting *x, ad_error *error)
 static void print_score(const learned_score *score)
 {
     if (score->rows > 0) {
-        printf("  %-9.3e %-9.3e %-9.3e %3.0f %%", score->mean, score->rms, score->deviation,
-               100 * score->covered);
+        printf("  %-9.3e %-9.3e %-9.3e %-9.3e %3.0f %3.0f %%", score->mean, score->median,
+               score->rms, score->deviation, 100 * score->covered[0], 100 * score->covered[1]);
     } else {
-        printf("  %-9s %-9s %-9s %5s", "-", "-", "-", "-");
+        printf("  %-9s %-9s %-9s %-9s %9s", "-", "-", "-", "-", "-");
     }
 }
 
@@ -145,8 +144,8 @@ static void print_table(const resting *x)
     printf("%zu poses fitted, %zu rows; %zu rows held out; %d outputs of %d inputs, %zu numbers\n",
            learned_rest_experiments(x->rest), x->result[0].trained.rows, x->result[0].held_out.rows,
            x->outputs, x->inputs, learned_net_count(learned_rest_net(x->rest)));
-    printf("%-13s  %-37s  %-37s  seconds\n", "distances, SI",
-           "fitted: mean, rms, predicted, within 2", "held out");
+    printf("%-13s  %-49s  %-49s  seconds\n", "distances, SI",
+           "fitted: mean, median, rms, predicted, within 1, 2", "held out");
     for (int i = 0; i < LEARNED_KINDS; i++) {
         const learned_result *result = &x->result[i];
         printf("%-13s", names[i]);
@@ -167,6 +166,70 @@ static void print_table(const resting *x)
                x->open->scene.parameters[scene_known_count(&x->open->scene) + i].name,
                learned_rest_common(x->rest)[i], learned_rest_common_deviation(x->rest, i));
     }
+}
+
+/* ---- as JSON ------------------------------------------------------------------------------- */
+
+static void write_score(const char *name, const learned_score *score, json *to)
+{
+    json_open(to, name, '{');
+    json_integer(to, "rows", (long long)score->rows);
+    json_number(to, "mean", score->mean);
+    json_number(to, "median", score->median);
+    json_number(to, "rms", score->rms);
+    json_number(to, "predicted", score->deviation);
+    json_number(to, "within_1", score->covered[0]);
+    json_number(to, "within_2", score->covered[1]);
+    json_close(to, '}');
+}
+
+static void write_kinds(const resting *x, json *to)
+{
+    static const char *const kinds[LEARNED_KINDS] = {"physics", "network", "both"};
+    for (int i = 0; i < LEARNED_KINDS; i++) {
+        const learned_result *result = &x->result[i];
+        json_open(to, kinds[i], '{');
+        if (result->made) {
+            write_score("fitted", &result->trained, to);
+            write_score("held_out", &result->held_out, to);
+            json_number(to, "seconds", result->seconds);
+        }
+        json_close(to, '}');
+    }
+}
+
+static void write_unknowns(const resting *x, json *to)
+{
+    const scene *open = &x->open->scene;
+    json_open(to, "unknowns", '[');
+    for (int i = 0; i < open->unknown_count - x->outputs; i++) {
+        json_open(to, NULL, '{');
+        json_text(to, "name", open->parameters[scene_known_count(open) + i].name);
+        json_number(to, "value", learned_rest_common(x->rest)[i]);
+        json_number(to, "standard_deviation", learned_rest_common_deviation(x->rest, i));
+        json_close(to, '}');
+    }
+    json_close(to, ']');
+}
+
+static ad_status write_json(const resting *x, ad_error *error)
+{
+    const learned_report *report = &x->result[LEARNED_BOTH].report;
+    json to;
+    json_begin(&to);
+    json_text(&to, "program", "cpinn-residual");
+    json_text(&to, "version", CPINN_VERSION);
+    json_text(&to, "scene", x->asked->scene);
+    json_integer(&to, "outputs", x->outputs);
+    json_integer(&to, "inputs", x->inputs);
+    write_kinds(x, &to);
+    json_number(&to, "ridge", report->ridge);
+    json_number(&to, "effective", report->effective);
+    json_number(&to, "calibration", report->calibration);
+    json_number(&to, "validation", report->validation);
+    write_unknowns(x, &to);
+    json_text(&to, "out", x->asked->out);
+    return json_end(&to, x->asked->json, error);
 }
 
 /* ---- leaving out --------------------------------------------------------------------------- */
@@ -232,11 +295,15 @@ static ad_status learn(resting *x, ad_error *error)
     if (status != AD_OK || !over) {
         return status;
     }
-    print_table(x);
+    const bool quiet = json_is_printed(x->asked->json);
+    if (!quiet) {
+        print_table(x);
+    }
     status = save(x, error);
-    if (status == AD_OK) {
+    if (status == AD_OK && !quiet) {
         printf("wrote %s, for residual.file\n", x->asked->out);
     }
+    status = status == AD_OK && x->asked->json ? write_json(x, error) : status;
     return status == AD_OK ? leave_out(x, error) : status;
 }
 

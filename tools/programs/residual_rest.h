@@ -10,6 +10,7 @@ typedef struct residual_rest_asked {
     const cli_list *overrides;
     int steps, folds, left_out, choices, threads;
     uint64_t seed;
+    const char *json; /* a file, "-", NULL: none */
     fit_run *run;
 } residual_rest_asked;
 

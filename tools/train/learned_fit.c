@@ -34,7 +34,8 @@ struct learned_fit {
     bool *used;       /* [numbers] by the caller */
     bool *fitted;     /* [numbers] at the moment */
     size_t *fold;     /* [experiments] */
-    double *y, *dy;   /* [outputs][experiments], [outputs][theta][experiments] */
+    double *y, *dy;   /* [outputs][experiments], [outputs][theta + inputs][experiments] */
+    double *dx;       /* [common][inputs][experiments] */
     double *values;   /* [experiments][width] */
     double *r, *by;   /* [numbers], [width][numbers] */
     double *g, *rows; /* [numbers][count] rows of J, and those that are fitted */
@@ -83,9 +84,10 @@ void learned_fit_free(learned_fit *fit)
     if (!fit) {
         return;
     }
-    double *all[] = {fit->y,       fit->dy,      fit->values, fit->r,         fit->by,
-                     fit->g,       fit->rows,    fit->kept,   fit->base[0],   fit->base[1],
-                     fit->base[2], fit->numbers, fit->start,  fit->deviation, fit->covariance};
+    double *all[] = {fit->y,       fit->dy,      fit->values,    fit->r,
+                     fit->by,      fit->dx,      fit->g,         fit->rows,
+                     fit->kept,    fit->base[0], fit->base[1],   fit->base[2],
+                     fit->numbers, fit->start,   fit->deviation, fit->covariance};
     for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
         free(all[i]);
     }
@@ -108,11 +110,15 @@ static ad_status spread(learned_fit *fit, const double *numbers, bool derive)
 {
     const size_t points = fit->of.experiments, common = (size_t)fit->of.common;
     ad_status status = AD_OK;
-    if (fit->net) {
+    if (fit->net && fit->of.look) {
+        status =
+            fit->of.look(fit->of.context, numbers, fit->of.x, derive ? fit->dx : NULL, &fit->error);
+    }
+    if (status == AD_OK && fit->net) {
         status = learned_tape_run(fit->tape, fit->net, points, fit->of.x, numbers + common, fit->y,
                                   derive ? fit->dy : NULL, &fit->error);
     }
-    for (size_t e = 0; e < points; e++) {
+    for (size_t e = 0; status == AD_OK && e < points; e++) {
         double *to = fit->values + e * fit->width;
         memcpy(to, numbers, common * sizeof *to);
         for (size_t k = 0; k < outputs_of(fit); k++) {
@@ -145,11 +151,26 @@ static void advance(learned_fit *fit)
     }
 }
 
+/* How an output changes with a common number by the inputs alone, at an experiment. */
+static double change_of(const learned_fit *fit, size_t output, size_t number, size_t experiment)
+{
+    const size_t points = fit->of.experiments, inputs = (size_t)fit->net->inputs;
+    const size_t theta = fit->count - (size_t)fit->of.common;
+    const double *by = fit->dy + (output * (theta + inputs) + theta) * points + experiment;
+    const double *along = fit->dx + number * inputs * points + experiment;
+    double sum = 0;
+    for (size_t i = 0; i < inputs; i++) {
+        sum += by[i * points] * along[i * points];
+    }
+    return sum;
+}
+
 /* Rows g of J, over the unit. */
 static void chain(learned_fit *fit)
 {
     const size_t n = fit->of.numbers, common = (size_t)fit->of.common;
     const size_t theta = fit->count - common, points = fit->of.experiments;
+    const size_t inputs = fit->net ? (size_t)fit->net->inputs : 0;
     memset(fit->g, 0, n * fit->count * sizeof *fit->g);
     for (size_t k = 0; k < n; k++) {
         double *row = fit->g + k * fit->count;
@@ -158,9 +179,12 @@ static void chain(learned_fit *fit)
         }
         for (size_t o = 0; o < outputs_of(fit); o++) {
             const double by = fit->by[(common + o) * n + k] / fit->unit;
-            const double *from = fit->dy + o * theta * points + fit->of.of[k];
+            const double *from = fit->dy + o * (theta + inputs) * points + fit->of.of[k];
             for (size_t i = 0; i < theta && by != 0; i++) {
                 row[common + i] += by * from[i * points];
+            }
+            for (size_t i = 0; i < common && fit->of.look && by != 0; i++) {
+                row[i] += by * change_of(fit, o, i, fit->of.of[k]);
             }
         }
     }
@@ -381,26 +405,34 @@ static ad_status leave_out_at(learned_fit *fit, size_t fold, int ridges, bool de
     return status;
 }
 
-/* Folds of experiments that are used, dealt by the seed. */
+/* Of experiments that are ordered each fold has so many stretches (Burman, Chow & Nolan, Biometrika
+ * 81 (1994) 351): one beside those that are fitted says little. */
+enum { STRETCHES = 8 };
+
+/* Folds of experiments that are used, dealt by the seed; those that are ordered in their order. */
 static void deal(learned_fit *fit, size_t *order)
 {
     nn_rng rng = nn_rng_split(fit->asked.seed, "folds");
-    size_t count = 0;
+    size_t count = 0, stretch = 1;
     for (size_t e = 0; e < fit->of.experiments; e++) {
         fit->fold[e] = SIZE_MAX;
     }
     for (size_t k = 0; k < fit->of.numbers; k++) {
         const size_t e = fit->of.of[k];
         if (fit->used[k] && fit->fold[e] == SIZE_MAX) {
-            const size_t other = (size_t)nn_rng_below(&rng, count + 1);
+            const size_t other = fit->of.is_ordered ? count : (size_t)nn_rng_below(&rng, count + 1);
             order[count++] = order[other];
             order[other] = e;
             fit->fold[e] = 0;
         }
     }
     fit->asked.folds = fit->asked.folds > (int)count ? (int)count : fit->asked.folds;
+    if (fit->of.is_ordered) {
+        const size_t stretches = STRETCHES * (size_t)fit->asked.folds;
+        stretch = (count + stretches - 1) / stretches;
+    }
     for (size_t i = 0; i < count; i++) {
-        fit->fold[order[i]] = i % (size_t)fit->asked.folds;
+        fit->fold[order[i]] = i / stretch % (size_t)fit->asked.folds;
     }
 }
 
@@ -450,11 +482,13 @@ static ad_status allocate(learned_fit *fit, const bool *used, ad_error *error)
 {
     const size_t n = fit->of.numbers, points = fit->of.experiments, outputs = outputs_of(fit);
     const size_t theta = fit->count - (size_t)fit->of.common;
+    const size_t inputs = fit->net ? (size_t)fit->net->inputs : 0;
     const struct {
         double **to;
         size_t count;
     } all[] = {{&fit->y, outputs * points},
-               {&fit->dy, outputs * theta * points},
+               {&fit->dy, outputs * (theta + inputs) * points},
+               {&fit->dx, inputs * (size_t)fit->of.common * points},
                {&fit->values, points * fit->width},
                {&fit->r, n},
                {&fit->by, fit->width * n},

@@ -17,13 +17,18 @@
 typedef struct learned_problem {
     size_t experiments, numbers;
     const size_t *of; /* [numbers] the experiment of each */
-    const double *x;  /* [inputs][experiments] */
+    double *x;        /* [inputs][experiments] */
     bool is_linear;   /* residuals are, in values */
+    bool is_ordered;  /* experiments are, as those of inputs with a memory: parts of them that are
+                       * left out are stretches */
     int common;       /* numbers that are the same for all, of size 1, from 0 on */
     /* residuals [numbers] at values [experiments][common + outputs], and their derivatives by those
      * of their experiment, by [common + outputs][numbers], or NULL. Not numbers: no solution. */
     ad_status (*solve)(void *context, const double *values, double *residuals, double *by,
                        ad_error *error);
+    /* x at the common numbers, and its derivatives by them [common][inputs][experiments], or NULL.
+     * NULL: x is what it is. */
+    ad_status (*look)(void *context, const double *common, double *x, double *by, ad_error *error);
     void *context;
 } learned_problem;
 

@@ -84,7 +84,7 @@ void learned_net_formula(const learned_net *net, const double *theta, const quan
 
 struct learned_tape {
     int inputs, outputs;
-    size_t count, parts; /* of theta, and weights and biases of layers */
+    size_t count, parts; /* of theta and x; weights and biases of layers, and x */
     ad_pool *pool;
     ad_program *program, *derive; /* the outputs, and with their adjoints by all parts */
     double *z, **out;             /* [inputs + 1][points], [1 + outputs parts] */
@@ -116,9 +116,9 @@ static ad_value record_layer(const learned_net *net, int layer, ad_value x, size
 
 static ad_status record(learned_tape *to, const learned_net *net, ad_tape *tape, ad_error *error)
 {
-    enum { PARTS = 2 * (LEARNED_LAYERS_MAX + 1) };
+    enum { PARTS = 2 * (LEARNED_LAYERS_MAX + 1) + 1 };
     ad_value wrt[PARTS], all[1 + LEARNED_OUTPUTS_MAX * PARTS];
-    ad_value x = ad_input(tape, "x", net->inputs);
+    ad_value x = wrt[to->parts - 1] = ad_input(tape, "x", net->inputs);
     const ad_value one = ad_input(tape, "one", 1); /* what is the same at all points varies by it */
     size_t offset = 0;
     for (int i = 0; i <= net->hidden_count; i++) {
@@ -149,8 +149,8 @@ ad_status learned_tape_create(const learned_net *net, learned_tape **result, ad_
     if (to) {
         *to = (learned_tape){.inputs = net->inputs,
                              .outputs = net->outputs,
-                             .count = learned_net_count(net),
-                             .parts = 2 * (size_t)(net->hidden_count + 1),
+                             .count = learned_net_count(net) + (size_t)net->inputs,
+                             .parts = 2 * (size_t)(net->hidden_count + 1) + 1,
                              .pool = ad_pool_create(1)};
         to->out = calloc(1 + (size_t)net->outputs * to->parts, sizeof *to->out);
     }
@@ -200,6 +200,8 @@ ad_status learned_tape_run(learned_tape *tape, const learned_net *net, size_t po
             out[n++] = by + weights * points;
             by += (weights + rows) * points;
         }
+        out[n++] = by;
+        by += (size_t)net->inputs * points;
     }
     ad_status status = scale_inputs(tape, net, points, x, error);
     const double *const given[] = {tape->z, tape->z + points * (size_t)net->inputs};
@@ -214,7 +216,8 @@ ad_status learned_tape_run(learned_tape *tape, const learned_net *net, size_t po
             y[k * points + i] *= net->size[k];
         }
         for (size_t i = 0; i < numbers; i++) {
-            to[i] *= net->size[k];
+            const size_t row = i / points, theta_count = tape->count - (size_t)net->inputs;
+            to[i] *= row < theta_count ? net->size[k] : net->size[k] / net->half[row - theta_count];
         }
     }
     return status;

@@ -32,8 +32,8 @@ typedef struct learned_tape learned_tape;
 ad_status learned_tape_create(const learned_net *net, learned_tape **result, ad_error *error);
 void learned_tape_free(learned_tape *tape); /* NULL is allowed */
 
-/* x[inputs][points], y[outputs][points]; by[outputs][count][points], dy/dtheta, or NULL. Does not
- * allocate after the first run of as many points. */
+/* x[inputs][points], y[outputs][points]; by[outputs][count + inputs][points], dy/dtheta and dy/dx,
+ * or NULL. Does not allocate after the first run of as many points. */
 ad_status learned_tape_run(learned_tape *tape, const learned_net *net, size_t points,
                            const double *x, const double *theta, double *y, double *by,
                            ad_error *error);

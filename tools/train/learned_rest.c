@@ -1,6 +1,7 @@
 #include "tools/train/learned_rest.h"
 
 #include "nn/rng.h"
+#include "physics/numerics/sort.h"
 #include "tools/train/clock.h"
 
 #include <math.h>
@@ -19,9 +20,12 @@ struct learned_rest {
     size_t *of, *row;   /* [numbers] experiment, row of all sets */
     double *noise;      /* [numbers] of each, in its unit */
     double *x;          /* [inputs][experiments] */
+    double *parameters; /* [experiments][parameter_count] */
+    bool moves;         /* inputs change with what is to be found */
     double *values;     /* [experiments][unknowns] */
     double *all, *room; /* [unknowns][numbers], [2 unknowns][numbers] */
     bool *used;         /* [numbers] */
+    double *distances;  /* [numbers] of rows */
     double from[MAX];   /* where common numbers begin, as of scene_unknown_value */
     learned_net net, direct;
     size_t places;     /* that a network alone says */
@@ -42,10 +46,12 @@ void learned_rest_free(learned_rest *rest)
         free(rest->row);
         free(rest->noise);
         free(rest->x);
+        free(rest->parameters);
         free(rest->values);
         free(rest->all);
         free(rest->room);
         free(rest->used);
+        free(rest->distances);
         free(rest->place);
         free(rest->level);
         free(rest->measured);
@@ -237,20 +243,75 @@ static bool is_plain(const learned_rest *rest)
     return plain;
 }
 
-/* Inputs of each experiment, and how far they reach in those that are fitted. */
-static void take_inputs(learned_rest *rest, const double *parameters)
+/* Values of names by their indices: the parameters of an experiment. */
+static void name_values(const learned_rest *rest, const double *parameters, double *x)
 {
-    const char *names[MAX];
-    const size_t width = (size_t)rest->open->parameter_count;
-    for (int i = 0; i < rest->known; i++) {
-        names[i] = rest->open->parameters[i].name;
+    for (int i = 0; i < rest->open->parameter_count; i++) {
+        x[quantities_index(rest->open->names, rest->open->parameters[i].name)] = parameters[i];
     }
-    for (int i = 0; i < rest->asked.inputs; i++) {
-        double low = INFINITY, high = -INFINITY;
-        for (size_t e = 0; e < rest->experiments; e++) {
-            rest->x[(size_t)i * rest->experiments + e] = quantity_value_with(
-                rest->asked.input[i], 0, 0, rest->known, names, parameters + e * width);
+}
+
+/* How an input changes with the common numbers [common], at named values of an experiment. */
+static void change_input(const learned_rest *rest, int input, size_t experiment, const double *x,
+                         const double *slope, double *by, size_t stride)
+{
+    double column[MAX] = {0};
+    for (int i = 0; i < rest->open->parameter_count; i++) {
+        const char *name = rest->open->parameters[i].name;
+        double along[QUANTITY_OPEN_MAX] = {0};
+        if (i >= rest->known - rest->open->memory_count &&
+            quantity_depends_on(rest->asked.input[input], name)) {
+            along[quantities_index(rest->open->names, name)] = 1;
+            column[i] = quantity_slope_at(rest->asked.input[input], QUANTITY_OPEN_MAX, x, along);
         }
+    }
+    for (int i = 0; i < rest->common; i++) {
+        by[(size_t)i * stride] =
+            slope[i] * solve_trials_change(rest->trials, experiment, rest->known + i, column);
+    }
+}
+
+/* As learned_problem says: inputs at common numbers. */
+static ad_status look(void *context, const double *common, double *x, double *by, ad_error *error)
+{
+    learned_rest *rest = context;
+    const size_t width = (size_t)rest->open->parameter_count, points = rest->experiments;
+    const size_t inputs = (size_t)rest->asked.inputs;
+    double slope[MAX], named[QUANTITY_OPEN_MAX] = {0};
+    for (int i = 0; i < rest->common; i++) {
+        const double value = common_value(rest, i, common[i], &slope[i]);
+        for (size_t e = 0; e < points; e++) {
+            rest->values[e * (size_t)rest->open->unknown_count + (size_t)i] = value;
+        }
+    }
+    const ad_status status =
+        solve_trials_remember(rest->trials, rest->values, by != NULL, rest->parameters, error);
+    for (size_t e = 0; status == AD_OK && e < points; e++) {
+        name_values(rest, rest->parameters + e * width, named);
+        for (size_t i = 0; i < inputs; i++) {
+            x[i * points + e] = quantity_value_at(rest->asked.input[i], QUANTITY_OPEN_MAX, named);
+            if (by) {
+                change_input(rest, (int)i, e, named, slope, by + i * points + e, inputs * points);
+            }
+        }
+    }
+    return status;
+}
+
+/* Inputs of each experiment, and how far they reach in those that are fitted. */
+static ad_status take_inputs(learned_rest *rest, ad_error *error)
+{
+    const double zero[MAX] = {0};
+    const scene *open = rest->open;
+    for (int i = 0; i < open->unknown_count; i++) {
+        const char *name = open->parameters[rest->known + i].name;
+        rest->moves = rest->moves ||
+                      quantity_any_depends_on(rest->asked.inputs, rest->asked.input, name) ||
+                      quantity_any_depends_on(open->memory_count, open->memory, name);
+    }
+    const ad_status status = look(rest, zero, rest->x, NULL, error);
+    for (int i = 0; status == AD_OK && i < rest->asked.inputs; i++) {
+        double low = INFINITY, high = -INFINITY;
         for (size_t k = 0; k < rest->numbers; k++) {
             const double x = rest->x[(size_t)i * rest->experiments + rest->of[k]];
             low = rest->used[k] ? fmin(low, x) : low;
@@ -259,6 +320,7 @@ static void take_inputs(learned_rest *rest, const double *parameters)
         rest->net.middle[i] = (low + high) / 2;
         rest->net.half[i] = high > low ? (high - low) / 2 : 1;
     }
+    return status;
 }
 
 /* Experiments are marked, and then listed. */
@@ -286,15 +348,18 @@ static ad_status allocate(learned_rest *rest, ad_error *error)
     rest->noise = calloc(n + 1, sizeof *rest->noise);
     rest->x = calloc((size_t)rest->asked.inputs * points + 1, sizeof *rest->x);
     rest->values = calloc(points * unknowns + 1, sizeof *rest->values);
+    rest->parameters =
+        calloc(points * (size_t)rest->open->parameter_count + 1, sizeof *rest->parameters);
     rest->all = calloc(n * unknowns + 1, sizeof *rest->all);
     rest->room = calloc(2 * n * unknowns + 1, sizeof *rest->room);
     rest->used = calloc(n + 1, sizeof *rest->used);
+    rest->distances = calloc(n + 1, sizeof *rest->distances);
     rest->place = calloc(n + 1, sizeof *rest->place);
     rest->level = calloc((size_t)2 * LEARNED_OUTPUTS_MAX, sizeof *rest->level);
     rest->measured = calloc(n + 1, sizeof *rest->measured);
     return rest->fitted && rest->of && rest->row && rest->noise && rest->x && rest->values &&
-                   rest->all && rest->room && rest->used && rest->place && rest->level &&
-                   rest->measured
+                   rest->parameters && rest->all && rest->room && rest->used && rest->distances &&
+                   rest->place && rest->level && rest->measured
                ? AD_OK
                : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu measured numbers", n);
 }
@@ -314,7 +379,6 @@ ad_status learned_rest_create(const scene *open, const learned_asked *asked, lea
                               ad_error *error)
 {
     learned_rest *rest = calloc(1, sizeof *rest);
-    double *parameters = NULL;
     *result = NULL;
     if (!rest) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a residual");
@@ -329,19 +393,15 @@ ad_status learned_rest_create(const scene *open, const learned_asked *asked, lea
     if (status == AD_OK) {
         rest->experiments = solve_trials_experiments(rest->trials);
         rest->numbers = solve_trials_residuals(rest->trials);
-        parameters =
-            calloc(rest->experiments * (size_t)open->parameter_count + 1, sizeof *parameters);
-        status = parameters ? allocate(rest, error)
-                            : ad_fail(error, AD_NO_MEMORY, "out of memory for a residual");
+        status = allocate(rest, error);
     }
     if (status == AD_OK) {
-        solve_trials_tell(rest->trials, rest->of, parameters);
+        solve_trials_tell(rest->trials, rest->of);
         take_numbers(rest);
-        take_inputs(rest, parameters);
+        status = take_inputs(rest, error);
         shape_nets(rest);
         list_fitted(rest);
     }
-    free(parameters);
     if (status != AD_OK) {
         learned_rest_free(rest);
         return status;
@@ -352,7 +412,16 @@ ad_status learned_rest_create(const scene *open, const learned_asked *asked, lea
 
 /* ---- judging ------------------------------------------------------------------------------- */
 
-/* Of the rows of which `of` numbers are those that are used, or the others. */
+/* Adds a row that has ended. */
+static void add_row(learned_score *to, double square, double variance, double *distances)
+{
+    distances[to->rows++] = sqrt(square);
+    to->mean += sqrt(square);
+    to->rms += square;
+    to->deviation += variance;
+}
+
+/* Of the rows whose numbers are those that are used, or the others. */
 static learned_score score(const learned_rest *rest, const learned_fit *fit, const bool *used,
                            bool fitted)
 {
@@ -360,27 +429,32 @@ static learned_score score(const learned_rest *rest, const learned_fit *fit, con
     learned_score to = {.rows = 0};
     size_t row = SIZE_MAX;
     double square = 0, variance = 0;
-    for (size_t k = 0; k <= rest->numbers; k++) {
-        if (k == rest->numbers || rest->row[k] != row) {
-            to.mean += sqrt(square);
-            to.rms += square;
-            to.deviation += variance;
+    for (size_t k = 0; k < rest->numbers; k++) {
+        if (used[k] != fitted) {
+            continue;
+        }
+        if (row != SIZE_MAX && rest->row[k] != row) {
+            add_row(&to, square, variance, rest->distances);
             square = variance = 0;
         }
-        if (k < rest->numbers && used[k] == fitted) {
-            to.rows += rest->row[k] != row;
-            to.numbers++;
-            to.covered += fabs(r[k]) <= 2 * deviation[k];
-            square += pow(r[k] * rest->noise[k], 2);
-            variance += pow(deviation[k] * rest->noise[k], 2);
-            row = rest->row[k];
-        }
+        row = rest->row[k];
+        to.numbers++;
+        to.covered[0] += fabs(r[k]) <= deviation[k];
+        to.covered[1] += fabs(r[k]) <= 2 * deviation[k];
+        square += pow(r[k] * rest->noise[k], 2);
+        variance += pow(deviation[k] * rest->noise[k], 2);
+    }
+    if (row != SIZE_MAX) {
+        add_row(&to, square, variance, rest->distances);
+        to.median = sort_median(to.rows, rest->distances);
     }
     const double rows = to.rows > 0 ? (double)to.rows : NAN;
     to.mean /= rows;
     to.rms = sqrt(to.rms / rows);
     to.deviation = sqrt(to.deviation / rows);
-    to.covered /= to.numbers > 0 ? (double)to.numbers : NAN;
+    for (int i = 0; i < 2; i++) {
+        to.covered[i] /= to.numbers > 0 ? (double)to.numbers : NAN;
+    }
     return to;
 }
 
@@ -410,18 +484,24 @@ static ad_status run_fit(learned_rest *rest, learned_kind kind, const bool *used
                                      .of = rest->of,
                                      .x = rest->x,
                                      .is_linear = kind == LEARNED_NETWORK,
+                                     .is_ordered = rest->open->memory_count > 0,
                                      .common = kind == LEARNED_NETWORK ? 0 : rest->common,
                                      .solve = kind == LEARNED_PHYSICS   ? solve_physics
                                               : kind == LEARNED_NETWORK ? solve_directly
                                                                         : solve_both,
+                                     .look = kind == LEARNED_BOTH && rest->moves ? look : NULL,
                                      .context = rest};
     if (kind == LEARNED_NETWORK) {
         memcpy(rest->direct.middle, rest->net.middle, sizeof rest->net.middle);
         memcpy(rest->direct.half, rest->net.half, sizeof rest->net.half);
         take_levels(rest, used);
     }
+    const double zero[MAX] = {0};
+    ad_status status = rest->moves ? look(rest, zero, rest->x, NULL, error) : AD_OK;
     learned_net *nets[] = {NULL, &rest->direct, &rest->net};
-    ad_status status = learned_fit_create(&problem, nets[kind], used, settings, fit, error);
+    if (status == AD_OK) {
+        status = learned_fit_create(&problem, nets[kind], used, settings, fit, error);
+    }
     status = status == AD_OK ? learned_fit_run(*fit, over, error) : status;
     for (int i = 0; status == AD_OK && kind == LEARNED_PHYSICS && i < rest->common; i++) {
         rest->from[i] += learned_fit_numbers(*fit)[i];

@@ -25,10 +25,10 @@ typedef struct learned_asked {
 /* Errors on some rows. Distances and deviations in the unit of what is measured. */
 typedef struct learned_score {
     size_t rows, numbers;
-    double mean;      /* distance of a row, from all its numbers together */
-    double rms;       /* the same, root mean square */
-    double deviation; /* as predicted: root mean square of a row's */
-    double covered;   /* part of the numbers within two deviations */
+    double mean, median; /* distance of a row, from all its numbers together */
+    double rms;          /* the same, root mean square */
+    double deviation;    /* as predicted: root mean square of a row's */
+    double covered[2];   /* part of the numbers within one and two deviations */
 } learned_score;
 
 typedef enum learned_kind {
