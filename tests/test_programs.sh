@@ -378,11 +378,20 @@ rest=$ROOT/configs/identify/residual.yaml
 run 0 cpinn-residual "$rest" --out rest.h5 --leave-out 20 --choices 1
 said stdout.txt '^40 poses fitted, 120 rows; 60 rows held out; 4 outputs of 2 inputs, 116 numbers'
 said stdout.txt '^20 poses left out, 1 choices, both '
-run 0 cpinn-solve "$rest" --set residual.file="$PWD/rest.h5" --at pull=1.5,load=0.5 --grid 2 --out learned.csv
+run 0 cpinn-solve "$rest" --set residual.file="$PWD/rest.h5" --at pull=1.5,load=0.5 --grid 2 --out learned.csv \
+    --json learned.json
+said stdout.txt '^  tip, deviation of what was learned  [0-9.e-]* .* m; of what is measured beside it 0.0001'
 run 0 cpinn-solve "$rest" --set 'parameters.m0="0.012*sin(1.5)+0.005"' --set parameters.m1=0.005 \
     --at pull=1.5,load=0.5,modulus=1e6 --grid 2 --out true.csv
 check learned -- awk -F, 'FNR == 3 { x[NR > 3] = $3; y[NR > 3] = $4 }
     END { dx = x[0] - x[1]; dy = y[0] - y[1]; exit !(dx * dx + dy * dy < 5e-4 ^ 2) }' learned.csv true.csv
+# no more than four of the deviations that are said: one of 16,000 is
+check deviation -- awk -F, 'FNR == 3 && FILENAME ~ /csv/ { x[NR > 3] = $3; y[NR > 3] = $4 }
+    match($0, /tip_standard_deviation": \[[^]]*/) { split(substr($0, RSTART + 26), d, /[, ]+/) }
+    END { dx = x[0] - x[1]; dy = y[0] - y[1]
+        exit !(d[1] > 0 && d[2] > 0 && dx * dx < 16 * d[1] ^ 2 && dy * dy < 16 * d[2] ^ 2) }' learned.csv true.csv learned.json
+run 3 cpinn-solve "$rest" --set residual.file="$PWD/rest.h5" --set 'parameters.pull.range=[0,6]' --at pull=5,load=0.5
+said stdout.txt '^warning .outside_data.: 1 input of the learned residual is beyond what it was trained on: pull is 5'
 refused 'residual.outputs: has .q., but no formula of the scene uses it' cpinn-solve "$rest" \
     --at pull=1,load=0,modulus=1e6 --set 'residual.outputs={q: 1, m0: 1, m1: 1, n0: 1, n1: 1}'
 refused 'residual.outputs: says .m0: -1.; allowed: how large it may be, a number > 0' cpinn-residual \

@@ -78,7 +78,8 @@ extern "C" {
       "a formula jumps in places that were not found, or varies on lengths too short for any "     \
       "mesh")                                                                                      \
     X(VERDICT_OUTSIDE_DATA, "outside_data", VERDICT_WARNING,                                       \
-      "strains are beyond those of the data that the law of the section has learned from")         \
+      "strains are beyond those of the data that the law of the section has learned from, or "     \
+      "inputs beyond those of a learned residual")                                                 \
     X(VERDICT_STRAIN_LARGE, "strain_large", VERDICT_WARNING,                                       \
       "the rod is crushed or stretched to where no linear law of its section holds")               \
     X(VERDICT_NOT_CONVERGED, "not_converged", VERDICT_WARNING,                                     \

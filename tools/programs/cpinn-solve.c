@@ -8,6 +8,7 @@
 #include "tools/programs/conclude.h"
 #include "tools/programs/help.h"
 #include "tools/programs/path_files.h"
+#include "tools/programs/residual_deviation.h"
 #include "tools/programs/samples.h"
 #include "tools/programs/scene_line.h"
 #include "tools/programs/solution_print.h"
@@ -61,6 +62,7 @@ typedef struct solving {
     rows_solved rows;
     reference_errors errors; /* of it, against `known` */
     solution_path *path;
+    residual_deviation learned;
     verdict verdict;
     double seconds;
 } solving;
@@ -127,6 +129,7 @@ static void judge(solving *solving)
     const solve_settings settings = settings_of(&solving->asked);
     solution_verdict(solving->solved, solving->scene, &settings, &solving->report,
                      &solving->verdict);
+    residual_deviation_judge(&solving->learned, &solving->verdict);
 }
 
 static bool is_rod_in_motion(const solving *solving)
@@ -138,6 +141,7 @@ static ad_status print_report(solving *solving, ad_error *error)
 {
     ad_status status =
         solution_print(solving->solved, solving->scene, &solving->report, solving->seconds, error);
+    residual_deviation_print(&solving->learned);
     verdict_print(stdout, "", &solving->verdict);
     if (status == AD_OK && solving->known) {
         solution_print_errors("difference from", solving->known, &solving->errors);
@@ -181,6 +185,7 @@ static void tell(const void *of, json *to)
             json_number(to, "bifurcation_load", r->bifurcation_load);
             path_files_json(solving->path, solving->asked.path, to);
         }
+        residual_deviation_json(&solving->learned, to);
         json_text(to, "out", reached(solving) ? solving->asked.out : NULL);
     }
 }
@@ -297,6 +302,11 @@ static ad_status prepare(solving *solving, ad_error *error)
     }
     solving->scene = &solving->settings->scene;
     snprintf(solving->name, sizeof solving->name, "%s", solving->settings->settings.name);
+    status = residual_deviation_find(solving->settings, o->config, &o->overrides, o->at, o->threads,
+                                     &solving->learned, error);
+    if (status != AD_OK) {
+        return status;
+    }
     if (solving->asked.tolerance == 0) {
         solving->asked.tolerance = solve_settings_default(solving->scene).tolerance;
     }

@@ -2,7 +2,8 @@
 
 #include "physics/numerics/sort.h"
 #include "tools/files/json.h"
-#include "tools/prepare/config_experiment.h"
+#include "tools/programs/estimates.h"
+#include "tools/programs/residual_scene.h"
 #include "tools/train/learned_rest.h"
 #include "tools/train/measurements.h"
 
@@ -10,17 +11,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { OVERRIDES_MAX = 256, TEXT = 160 };
-
 static const char *const names[LEARNED_KINDS] = {"physics alone", "network alone", "both"};
 
 typedef struct resting {
     const residual_rest_asked *asked;
-    config *open; /* outputs are unknowns */
-    const char *overrides[OVERRIDES_MAX];
-    char text[LEARNED_OUTPUTS_MAX][TEXT];
+    residual_scene scene;
+    config *open; /* its outputs are unknowns */
     int outputs, inputs;
-    char name[LEARNED_OUTPUTS_MAX][CONFIG_PARAMETER_BYTES];
     const char *input[LEARNED_INPUTS_MAX];
     quantity formula[LEARNED_INPUTS_MAX];
     least_squares_runner runner;
@@ -35,34 +32,6 @@ bool residual_rest_is_meant(const config *settings)
 }
 
 /* ---- the scene ----------------------------------------------------------------------------- */
-
-/* Twice: for the names of outputs, and with outputs that are unknown. */
-static ad_status read_scenes(resting *x, ad_error *error)
-{
-    const cli_list *given = x->asked->overrides;
-    int count = 0;
-    for (; count < given->count && count < OVERRIDES_MAX - LEARNED_OUTPUTS_MAX - 1; count++) {
-        x->overrides[count] = given->texts[count];
-    }
-    x->overrides[count++] = "residual.file=null"; /* it is to be learned anew */
-    config *physics = NULL;
-    ad_status status = prepare_read(x->asked->scene, NULL, count, x->overrides, &physics, error);
-    if (status != AD_OK) {
-        return status;
-    }
-    const char *lines = physics->residual.outputs, *size;
-    char name[CONFIG_PARAMETER_BYTES];
-    size_t length;
-    while (config_residual_output(&lines, name, &size, &length)) {
-        char *text = x->text[x->outputs];
-        memcpy(x->name[x->outputs++], name, sizeof name);
-        snprintf(text, TEXT, "parameters.%s={identify: 0, range: [-%.*s, %.*s]}", name, (int)length,
-                 size, (int)length, size);
-        x->overrides[count++] = text;
-    }
-    config_free(physics);
-    return prepare_read(x->asked->scene, NULL, count, x->overrides, &x->open, error);
-}
 
 /* Formulas of the inputs, by default all parameters that are known. */
 static ad_status read_inputs(resting *x, ad_error *error)
@@ -203,10 +172,8 @@ static void write_unknowns(const resting *x, json *to)
     const scene *open = &x->open->scene;
     json_open(to, "unknowns", '[');
     for (int i = 0; i < open->unknown_count - x->outputs; i++) {
-        json_open(to, NULL, '{');
-        json_text(to, "name", open->parameters[scene_known_count(open) + i].name);
-        json_number(to, "value", learned_rest_common(x->rest)[i]);
-        json_number(to, "standard_deviation", learned_rest_common_deviation(x->rest, i));
+        estimate_open(to, open->parameters[scene_known_count(open) + i].name,
+                      learned_rest_common(x->rest)[i], learned_rest_common_deviation(x->rest, i));
         json_close(to, '}');
     }
     json_close(to, ']');
@@ -274,12 +241,13 @@ static ad_status save(const resting *x, ad_error *error)
         file.inputs.name[i] = x->input[i];
     }
     for (int i = 0; i < x->outputs; i++) {
-        file.outputs.name[i] = x->name[i];
+        file.outputs.name[i] = x->scene.name[i];
     }
     for (int i = 0; i < unknowns; i++) {
         file.unknowns.name[i] = open->parameters[scene_known_count(open) + i].name;
         file.value[i] = learned_rest_common(x->rest)[i];
     }
+    file.noise = learned_rest_noise(x->rest);
     file.theta = learned_rest_theta(x->rest);
     file.covariance = learned_rest_covariance(x->rest);
     return learned_file_write(&file, x->asked->out, error);
@@ -315,7 +283,9 @@ ad_status residual_rest(const residual_rest_asked *asked, ad_error *error)
     }
     x->asked = asked;
     x->runner = fit_run_by(asked->run);
-    ad_status status = read_scenes(x, error);
+    ad_status status = residual_scene_open(asked->scene, asked->overrides, &x->scene, error);
+    x->open = x->scene.open;
+    x->outputs = x->scene.outputs;
     status = status == AD_OK ? read_inputs(x, error) : status;
     status = status == AD_OK
                  ? fit_run_ask(asked->run, x->open, error,
@@ -326,7 +296,7 @@ ad_status residual_rest(const residual_rest_asked *asked, ad_error *error)
     status = status == AD_OK ? learn(x, error) : status;
     learned_rest_free(x->rest);
     measurements_free(x->data);
-    config_free(x->open);
+    residual_scene_free(&x->scene);
     free(x);
     return status;
 }

@@ -59,6 +59,7 @@ ad_status learned_file_write(const learned_file *file, const char *path, ad_erro
     checkpoint_put_doubles(to, "residual/values", file->value, 1, &unknowns);
     checkpoint_put_doubles(to, "residual/theta", file->theta, 1, &theta);
     checkpoint_put_doubles(to, "residual/covariance", file->covariance, 2, square);
+    checkpoint_put_doubles(to, "residual/noise", &file->noise, 1, &(size_t){1});
     const file_place place = {.path = path};
     const ad_status status = checkpoint_write(to, &place, error);
     checkpoint_free(to);
@@ -150,7 +151,12 @@ static ad_status get_numbers(const checkpoint *from, learned_file *file, ad_erro
                {"residual/values", file->value, (size_t)file->unknowns.count},
                {"residual/theta", file->theta, theta},
                {"residual/covariance", file->covariance, n * n}};
-    ad_status status = AD_OK;
+    int rank;
+    size_t shape[CHECKPOINT_MAX_RANK] = {0};
+    file->noise = NAN; /* of files before it was written */
+    ad_status status = checkpoint_shape(from, "residual/noise", &rank, shape)
+                           ? checkpoint_get_doubles(from, "residual/noise", &file->noise, 1, error)
+                           : AD_OK;
     for (size_t i = 0; i < sizeof all / sizeof *all && status == AD_OK; i++) {
         status = checkpoint_get_doubles(from, all[i].item, all[i].to, all[i].count, error);
     }

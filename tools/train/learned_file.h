@@ -19,6 +19,7 @@ typedef struct learned_file {
     double *theta;                           /* [learned_net_count] */
     double *covariance; /* [n][n] of the unknowns, as log(z/(1 - z)) of the part z of a range, and
                          * theta */
+    double noise;       /* of a measured number beside it, in its unit; NaN: not known */
     char *texts;        /* of the names */
 } learned_file;
 

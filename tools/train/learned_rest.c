@@ -84,6 +84,16 @@ double *learned_rest_covariance(const learned_rest *rest)
     return learned_fit_covariance(rest->last);
 }
 
+double learned_rest_noise(const learned_rest *rest)
+{
+    const learned_report report = learned_fit_report(rest->last);
+    double unit = rest->noise[0];
+    for (size_t k = 0; k < rest->numbers; k++) {
+        unit = rest->noise[k] == unit ? unit : NAN;
+    }
+    return report.noise * report.calibration * unit;
+}
+
 /* ---- through the solver -------------------------------------------------------------------- */
 
 static const scene_parameter *unknown_of(const learned_rest *rest, int i)

@@ -70,6 +70,8 @@ const learned_net *learned_rest_net(const learned_rest *rest);
 double *learned_rest_theta(const learned_rest *rest);
 const double *learned_rest_common(const learned_rest *rest);
 double learned_rest_common_deviation(const learned_rest *rest, int unknown);
+/* Standard deviation of a measured number beside what was learned, in its unit; NaN: several. */
+double learned_rest_noise(const learned_rest *rest);
 double *learned_rest_covariance(const learned_rest *rest); /* [count][count], as theta */
 
 #endif
