@@ -167,20 +167,30 @@ near "$(tail -1 full.csv | cut -d, -f3)" 1.666667e-4 "$(awk -v off="$off" 'BEGIN
     "the tip by the solver of motions"
 near "$off" 0 3e-6 "what more modes say"
 
-# Shear and stretch, which are stiff and creep: at rest at the end, too, and so later than without them.
-for modes in 3,1,0,0 3,1,2,1; do
-    "$programs/cpinn-optimize" "$root/configs/choosing/swing.yaml" --set "optimize.motion.modes=[$modes]" \
-        --set optimize.motion.intervals=20 --quiet --json "$modes.json" || fail "swing.yaml with modes $modes"
-done
-near "$(number violation 3,1,2,1.json)" 0 1e-6 "the equations with shear and stretch"
-near "$(number off 3,1,2,1.json)" 0 1e-4 "the end with shear and stretch" # 0.1 % of the way
-[ "$(awk -v a="$(number duration 3,1,0,0.json)" -v b="$(number duration 3,1,2,1.json)" 'BEGIN { print(b > a) }')" = 1 ] ||
-    fail "with shear and stretch the motion is quicker"
+# Shear and stretch, which are stiff and creep: at rest at the end, too, and so later than without them. Under
+# sanitizers one mode of each kind, which has the same arrays, and is too few for the end.
+if [ -n "${CPINN_WATCHED-}" ]; then
+    status=0
+    "$programs/cpinn-optimize" "$root/configs/choosing/swing.yaml" --set "optimize.motion.modes=[1,1,1,1]" \
+        --set optimize.motion.intervals=6 --quiet --json one.json 2> said.txt || status=$?
+    [ $status = 3 ] || fail "swing.yaml with one mode of each kind has status $status"
+    near "$(number violation one.json)" 0 1e-6 "the equations with a mode of each kind"
+else
+    for modes in 3,1,0,0 3,1,2,1; do
+        "$programs/cpinn-optimize" "$root/configs/choosing/swing.yaml" --set "optimize.motion.modes=[$modes]" \
+            --set optimize.motion.intervals=20 --quiet --json "$modes.json" || fail "swing.yaml with modes $modes"
+    done
+    near "$(number violation 3,1,2,1.json)" 0 1e-6 "the equations with shear and stretch"
+    near "$(number off 3,1,2,1.json)" 0 1e-4 "the end with shear and stretch" # 0.1 % of the way
+    [ "$(awk -v a="$(number duration 3,1,0,0.json)" -v b="$(number duration 3,1,2,1.json)" 'BEGIN { print(b > a) }')" = 1 ] ||
+        fail "with shear and stretch the motion is quicker"
+fi
 
-# Three inputs, from an equilibrium; and too few intervals, which is said.
+# Three inputs, from an equilibrium: as right with ten intervals, in a seventh of the time. And too few
+# intervals, which is said.
 "$programs/cpinn-optimize" beam.yaml --quiet --json three.json --set 'initial.state=equilibrium' \
     --set 'parameters={force: {range: [-1e-3, 1e-3]}, side: {range: [-1e-3, 1e-3]}, down: {range: [-1e-3, 1e-3]}}' \
-    --set 'loads.tip.force=[force, side, down]' --set 'optimize.motion={minimize: effort,
+    --set 'loads.tip.force=[force, side, down]' --set 'optimize.motion={minimize: effort, intervals: 10,
         start: "force=0, side=0, down=0", end: "force=5e-4, side=-5e-4, down=0"}' ||
     fail "three inputs"
 near "$(number violation three.json)" 0 1e-6 "the equations of three inputs"
