@@ -71,7 +71,7 @@ void export_put_comment(const char *text, FILE *file)
     }
 }
 
-void export_put_upper(const char *text, FILE *file)
+static void put_upper(const char *text, FILE *file)
 {
     for (; *text; text++) {
         fputc(toupper((unsigned char)*text), file);
@@ -169,7 +169,7 @@ void export_put_index(const char *name, const char *kind, const char *word, int 
                       FILE *file)
 {
     fprintf(file, "    %s_%s", name, kind);
-    export_put_upper(word, file);
+    put_upper(word, file);
     fprintf(file, " = %d%s", index, index + 1 < count ? "," : "");
 }
 

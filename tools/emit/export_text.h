@@ -34,9 +34,8 @@ void export_put(const char *name, export_type type, const char *text, FILE *file
 /* Of all lines, NULL at the end. */
 void export_put_lines(const char *name, export_type type, const char *const *lines, FILE *file);
 
-/* The text on one line, with nothing that begins or ends a comment; in capitals. */
+/* The text on one line, with nothing that begins or ends a comment. */
 void export_put_comment(const char *text, FILE *file);
-void export_put_upper(const char *text, FILE *file);
 
 /* A number, in double or single precision; "{1, 2, 3}", numbers times `unit`, in double or single
  * precision. */

@@ -98,7 +98,8 @@ static bool make_functions(const fmu_model *m, export_text *functions, char toke
     return ok;
 }
 
-const char *fmu_platform(char text[64])
+/* "x86_64-linux" as the standard names this machine; NULL: it has no name. */
+static const char *platform_name(char text[64])
 {
     struct utsname machine;
     if (uname(&machine) != 0) {
@@ -118,7 +119,8 @@ const char *fmu_platform(char text[64])
     return NULL;
 }
 
-const char *fmu_library_ending(void)
+/* ".so" */
+static const char *library_ending(void)
 {
 #ifdef __APPLE__
     return ".dylib";
@@ -145,14 +147,14 @@ static void put_library(zip *z, const fmu_model *m, const export_file *sources, 
     size_t size = 0;
     char *library = NULL;
     ad_error why = {.message = "FMI has no name for this machine"};
-    if (fmu_platform(platform)) {
+    if (platform_name(platform)) {
         const export_compiler cc = {"cc", OPTIONS, "-lm"};
         export_compile(&cc, SOURCES, sources, false, &library, &size, &why);
     }
     snprintf(note, FMU_NOTE, "%s", library ? "" : why.message);
     *compiled = library != NULL;
     if (library) {
-        snprintf(name, sizeof name, "%s/%s%s", platform, m->name, fmu_library_ending());
+        snprintf(name, sizeof name, "%s/%s%s", platform, m->name, library_ending());
         put_entry(z, "binaries/", name, library, size);
     }
     free(library);

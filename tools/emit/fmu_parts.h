@@ -17,8 +17,4 @@ int fmu_input(const fmu_model *model, const char *name);
 extern const char *const fmu_text_fmi3_types[], *const fmu_text_fmi3_instance[],
                                                     *const fmu_text_fmi3_functions[];
 
-/* "x86_64-linux" as the standard names this machine; NULL: it has no name. */
-const char *fmu_platform(char text[64]);
-const char *fmu_library_ending(void); /* ".so" */
-
 #endif

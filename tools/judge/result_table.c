@@ -36,7 +36,7 @@ void result_table_add(result_table *s, const char *const *words, const double *n
     s->rows++;
 }
 
-ad_status result_table_write(const result_table *s, const char *path, ad_error *error)
+static ad_status write_table(const result_table *s, const char *path, ad_error *error)
 {
     table_build to;
     if (!s->words || !s->numbers) {
@@ -59,7 +59,7 @@ ad_status result_table_write_both(const result_table *s, const char *folder, con
     ad_status status = AD_OK;
     for (int i = 0; status == AD_OK && i < 2; i++) {
         snprintf(path, sizeof path, "%s/%s.%s", folder, name, endings[i]);
-        status = result_table_write(s, path, error);
+        status = write_table(s, path, error);
     }
     return status;
 }

@@ -23,8 +23,7 @@ void result_table_free(result_table *s);
 
 void result_table_add(result_table *s, const char *const *words, const double *numbers);
 
-/* To the file `path`; to FOLDER/NAME.csv and FOLDER/NAME.h5. */
-ad_status result_table_write(const result_table *s, const char *path, ad_error *error);
+/* To FOLDER/NAME.csv and FOLDER/NAME.h5. */
 ad_status result_table_write_both(const result_table *s, const char *folder, const char *name,
                                   ad_error *error);
 

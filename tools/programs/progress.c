@@ -36,7 +36,7 @@ static int room(const progress *p)
     return known ? size.ws_col - 1 : STATUS_LINE_WIDE;
 }
 
-void progress_watch(progress *p)
+static void watch_on(progress *p)
 {
     p->watch = p->quiet ? NULL : watch_create(p->file, p->of->settings->name);
     if (p->watch) {
@@ -46,7 +46,7 @@ void progress_watch(progress *p)
 
 void progress_watch_shapes(progress *p, trainer *t, const experiment *e, const reference *known)
 {
-    progress_watch(p);
+    watch_on(p);
     p->shapes = p->watch ? watch_shapes_create(e, known) : NULL;
     p->shaped = t;
 }
@@ -198,7 +198,7 @@ static bool stepped(void *context)
 ad_status progress_train(progress *p, session *s, bool watches, ad_error *error)
 {
     if (watches) {
-        progress_watch(p);
+        watch_on(p);
     }
     const ad_status status = session_train(s, stepped, p, error);
     progress_end(p);

@@ -30,9 +30,8 @@ typedef struct progress {
 
 progress progress_start(FILE *file, bool quiet, const fit *of, const char *note);
 
-/* From now on with a picture, where the file can show one, until progress_end; and with shapes in
+/* From now on with a picture, where the file can show one, until progress_end, and with shapes in
  * it, `known` among them, which may be NULL. */
-void progress_watch(progress *p);
 void progress_watch_shapes(progress *p, trainer *t, const experiment *e, const reference *known);
 
 /* session_train until it is over or a signal comes (tools/judge/signals.h), with a picture if

@@ -82,7 +82,8 @@ int fit_row_window(const fit *f, size_t row)
     return window >= 1 && window <= f->windows ? (int)window - 1 : 0;
 }
 
-void fit_forget_held_out(fit *f)
+/* The held-out loss of rows to come has nothing to do with that of those before. */
+static void forget_held_out(fit *f)
 {
     f->best_held_out = INFINITY;
     f->rows_apart = 0;
@@ -100,7 +101,7 @@ void fit_watch(fit *f, size_t row)
     const bool other_loads =
         row > 0 && part != history_value(h, row - 1, "load_factor") && part > 0;
     if (row > 0 && (other_loads || fit_row_window(f, row) != fit_row_window(f, row - 1))) {
-        fit_forget_held_out(f);
+        forget_held_out(f);
     } else if (row > 0 && stage != history_value(h, row - 1, "stage")) {
         f->rows_apart = 0;
     }
@@ -154,7 +155,7 @@ static ad_status end_stage(fit *f, const char *why, optim_status status, ad_erro
         return result;
     }
     if (again) {
-        fit_forget_held_out(f);
+        forget_held_out(f);
         return fit_start(f, error);
     }
     f->at.stage++;
@@ -166,7 +167,7 @@ static ad_status end_stage(fit *f, const char *why, optim_status status, ad_erro
     if (f->at.window + 1 == f->windows) {
         f->state = FIT_OVER;
     } else { /* other parameters, another loss */
-        fit_forget_held_out(f);
+        forget_held_out(f);
         f->at.window++;
         f->at.window_step = 0;
         f->at.stage = 0;

@@ -127,9 +127,6 @@ int fit_row_window(const fit *f, size_t row);
 /* Takes note of a row of history: does the network interpolate? */
 void fit_watch(fit *f, size_t row);
 
-/* The held-out loss of rows to come has nothing to do with that of those before. */
-void fit_forget_held_out(fit *f);
-
 /* Writes a checkpoint; place NULL: only computes what is in it, on ranks that do not write. */
 ad_status fit_save(fit *f, const file_place *place, ad_error *error);
 
