@@ -170,7 +170,7 @@ ad_status problem_cloud_make(const problem *p, const problem_set *set, problem_c
         pieces = 1;
     } else if (dimension > 0) {
         size_t wanted = (size_t)((points->points + pieces - 1) / pieces);
-        ad_status status = sampling_count(points->sampler, dimension, wanted, NULL, &each, error);
+        ad_status status = sampling_count(points->sampler, dimension, wanted, &each, error);
         if (status != AD_OK) {
             return status;
         }

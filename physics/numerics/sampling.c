@@ -29,22 +29,19 @@ bool sampling_kind_is_tensor(sampling_kind kind)
 
 typedef struct shape_search {
     int dimension;
-    size_t low[SAMPLING_MAX_GRID_DIMENSION], high[SAMPLING_MAX_GRID_DIMENSION];
-    double aspect[SAMPLING_MAX_GRID_DIMENSION];
-    size_t trial[SAMPLING_MAX_GRID_DIMENSION], best[SAMPLING_MAX_GRID_DIMENSION];
+    double most; /* points of an axis */
+    size_t best[SAMPLING_MAX_GRID_DIMENSION];
     double best_misfit;
 } shape_search;
 
-/* Misfit of the trial shape, infinite when a ratio is more than a factor of 2 off. */
-static double shape_misfit(const shape_search *search)
+/* Sum of squared logarithms of ratios, infinite when one is more than a factor of 2. */
+static double shape_misfit(int dimension, const size_t *shape)
 {
-    const double tolerance = 2.0 * (1.0 + 1e-12);
     double misfit = 0;
-    for (int i = 0; i < search->dimension; i++) {
+    for (int i = 0; i < dimension; i++) {
         for (int j = 0; j < i; j++) {
-            const double ratio = ((double)search->trial[i] / (double)search->trial[j]) *
-                                 (search->aspect[j] / search->aspect[i]);
-            if (ratio > tolerance || ratio * tolerance < 1.0) {
+            const double ratio = (double)shape[i] / (double)shape[j];
+            if (ratio > 2 || ratio < 0.5) {
                 return INFINITY;
             }
             misfit += log(ratio) * log(ratio);
@@ -53,69 +50,28 @@ static double shape_misfit(const shape_search *search)
     return misfit;
 }
 
-/* Keep the trial shape when it beats the best so far. */
-static void judge_shape(shape_search *search)
+/* Axes from `axis` on share out `left` points. */
+static void search_shapes(shape_search *search, int axis, size_t left, size_t *shape)
 {
-    for (int i = 0; i < SAMPLING_MAX_GRID_DIMENSION; i++) {
-        if (search->trial[i] < search->low[i] || search->trial[i] > search->high[i]) {
-            return;
-        }
-    }
-    /* The margin lets 25 x 40 win over 40 x 25, whatever the rounding of log. */
-    const double misfit = shape_misfit(search);
-    if (misfit < search->best_misfit * (1.0 - 1e-9)) {
-        search->best_misfit = misfit;
-        memcpy(search->best, search->trial, sizeof search->best);
-    }
-}
-
-/* Judge all ways to write `count` as a product within the bounds. */
-static void search_shapes(shape_search *search, size_t count)
-{
-    for (size_t first = search->low[0]; first <= search->high[0] && first <= count; first++) {
-        if (count % first != 0) {
-            continue;
-        }
-        const size_t rest = count / first;
-        for (size_t second = search->low[1]; second <= search->high[1] && second <= rest;
-             second++) {
-            if (rest % second == 0) {
-                search->trial[0] = first;
-                search->trial[1] = second;
-                search->trial[2] = rest / second;
-                judge_shape(search);
+    if (axis + 1 < search->dimension) {
+        for (size_t n = 2; (double)n <= search->most && n <= left; n++) {
+            shape[axis] = n;
+            if (left % n == 0) {
+                search_shapes(search, axis + 1, left / n, shape);
             }
         }
+        return;
+    }
+    shape[axis] = left;
+    const double misfit = left > 1 ? shape_misfit(search->dimension, shape) : INFINITY;
+    /* The margin lets 25 x 40 win over 40 x 25, whatever the rounding of log. */
+    if (misfit < search->best_misfit * (1.0 - 1e-9) || isinf(search->best_misfit)) {
+        search->best_misfit = misfit;
+        memcpy(search->best, shape, sizeof search->best);
     }
 }
 
-/* Ratios within 2 keep every axis within a factor of 2 of its ideal length; a little slack; missing
- * axes have length 1. False when an axis is too short: if its length 2 is x times the ideal, each
- * other axis is at least x/2 times its own, so x (x/2)^(dimension-1) <= 1. Fewer points cannot mend
- * that. */
-static bool bound_axes(shape_search *search, size_t count)
-{
-    const double shortest = (1.0 - 1e-9) * pow(2.0, 1.0 / search->dimension);
-    double volume = 1;
-    for (int i = 0; i < search->dimension; i++) {
-        volume *= search->aspect[i];
-    }
-    const double scale = pow((double)count / volume, 1.0 / search->dimension);
-    for (int i = 0; i < search->dimension; i++) {
-        const double ideal = fmin(scale * search->aspect[i], (double)count);
-        if (ideal < shortest) {
-            return false;
-        }
-        search->low[i] = ideal > 5.0 ? (size_t)(0.499 * ideal) : 2;
-        search->high[i] = (size_t)(2.01 * ideal) + 1;
-    }
-    for (int i = search->dimension; i < SAMPLING_MAX_GRID_DIMENSION; i++) {
-        search->low[i] = search->high[i] = 1;
-    }
-    return true;
-}
-
-ad_status sampling_grid_shape(int dimension, size_t count, const double *aspect,
+ad_status sampling_grid_shape(int dimension, size_t count,
                               size_t shape[SAMPLING_MAX_GRID_DIMENSION], size_t *actual,
                               ad_error *error)
 {
@@ -123,17 +79,12 @@ ad_status sampling_grid_shape(int dimension, size_t count, const double *aspect,
         return ad_fail(error, AD_BAD_ARGUMENT, "a tensor grid has dimension 1 to %d, not %d",
                        SAMPLING_MAX_GRID_DIMENSION, dimension);
     }
-    shape_search search = {.dimension = dimension};
-    for (int i = 0; i < dimension; i++) {
-        search.aspect[i] = aspect ? aspect[i] : 1.0;
-        if (!(search.aspect[i] >= 1e-6 && search.aspect[i] <= 1e6)) {
-            return ad_fail(error, AD_BAD_ARGUMENT, "grid aspect %d is %g; allowed: 1e-6 to 1e6",
-                           i + 1, search.aspect[i]);
-        }
-    }
-    search.best_misfit = INFINITY;
-    for (size_t total = count; total > 0 && bound_axes(&search, total); total--) {
-        search_shapes(&search, total);
+    for (size_t total = count; total > 1; total--) {
+        size_t trial[SAMPLING_MAX_GRID_DIMENSION] = {1, 1, 1};
+        shape_search search = {.dimension = dimension,
+                               .most = 2.01 * pow((double)total, 1.0 / dimension),
+                               .best_misfit = INFINITY};
+        search_shapes(&search, 0, total, trial);
         if (search.best_misfit < INFINITY) {
             memcpy(shape, search.best, (size_t)dimension * sizeof *shape);
             *actual = total;
@@ -141,16 +92,15 @@ ad_status sampling_grid_shape(int dimension, size_t count, const double *aspect,
         }
     }
     return ad_fail(error, AD_BAD_ARGUMENT,
-                   "%zu points are too few for a tensor grid in %d dimensions of that aspect",
-                   count, dimension);
+                   "%zu points are too few for a tensor grid in %d dimensions", count, dimension);
 }
 
-ad_status sampling_count(sampling_kind kind, int dimension, size_t count, const double *aspect,
-                         size_t *actual, ad_error *error)
+ad_status sampling_count(sampling_kind kind, int dimension, size_t count, size_t *actual,
+                         ad_error *error)
 {
     if (sampling_kind_is_tensor(kind)) {
         size_t shape[SAMPLING_MAX_GRID_DIMENSION];
-        return sampling_grid_shape(dimension, count, aspect, shape, actual, error);
+        return sampling_grid_shape(dimension, count, shape, actual, error);
     }
     *actual = count;
     return AD_OK;
@@ -182,19 +132,17 @@ typedef struct part {
     double *const *to;
 } part;
 
-static ad_status fill_tensor(sampling_kind kind, int dimension, const double *aspect,
-                             const part *wanted, ad_error *error)
+static ad_status fill_tensor(sampling_kind kind, int dimension, const part *wanted, ad_error *error)
 {
     size_t shape[SAMPLING_MAX_GRID_DIMENSION] = {0}, actual = 0;
-    const ad_status status =
-        sampling_grid_shape(dimension, wanted->count, aspect, shape, &actual, error);
+    const ad_status status = sampling_grid_shape(dimension, wanted->count, shape, &actual, error);
     if (status != AD_OK) {
         return status;
     }
     if (actual != wanted->count) {
         return ad_fail(error, AD_BAD_ARGUMENT,
-                       "%zu points have no %s shape of that aspect; the nearest below is %zu",
-                       wanted->count, sampling_kind_text(kind), actual);
+                       "%zu points have no %s shape; the nearest below is %zu", wanted->count,
+                       sampling_kind_text(kind), actual);
     }
     size_t stride = wanted->count;
     for (int axis = 0; axis < dimension; axis++) {
@@ -338,10 +286,10 @@ static void fill_sobol(nn_rng *rng, int axis, const part *wanted, double *coordi
 
 /* ---- */
 
-static ad_status fill(sampling_kind kind, nn_rng *rng, int dimension, const double *aspect,
-                      const part *wanted, ad_error *error)
+ad_status sampling_fill_part(sampling_kind kind, nn_rng *rng, int dimension, size_t count,
+                             size_t first, size_t end, double *const *to, ad_error *error)
 {
-    const size_t count = wanted->count;
+    const part all = {count, first, end, to}, *wanted = &all;
     if ((unsigned)kind >= SAMPLING_KIND_COUNT) {
         return ad_fail(error, AD_BAD_ARGUMENT, "sampling kind %d does not exist", (int)kind);
     }
@@ -356,7 +304,7 @@ static ad_status fill(sampling_kind kind, nn_rng *rng, int dimension, const doub
                        kinds[kind].text);
     }
     if (kinds[kind].tensor) {
-        return fill_tensor(kind, dimension, aspect, wanted, error);
+        return fill_tensor(kind, dimension, wanted, error);
     }
     if (kind == SAMPLING_SOBOL && (uint64_t)count > (UINT64_C(1) << 32)) {
         return ad_fail(error, AD_BAD_ARGUMENT, "sobol sampling gives at most 2^32 points, not %zu",
@@ -374,28 +322,14 @@ static ad_status fill(sampling_kind kind, nn_rng *rng, int dimension, const doub
     return AD_OK;
 }
 
-ad_status sampling_fill_part(sampling_kind kind, nn_rng *rng, int dimension, size_t count,
-                             size_t first, size_t end, double *const *to, ad_error *error)
-{
-    const part wanted = {count, first, end, to};
-    return fill(kind, rng, dimension, NULL, &wanted, error);
-}
-
-ad_status sampling_fill_aspect(sampling_kind kind, nn_rng *rng, int dimension, size_t count,
-                               const double *aspect, double *points, ad_error *error)
-{
-    double *to[SAMPLING_MAX_DIMENSION];
-    const part wanted = {count, 0, count, to};
-    for (int axis = 0; axis < dimension && axis < SAMPLING_MAX_DIMENSION; axis++) {
-        to[axis] = points + (size_t)axis * count;
-    }
-    return fill(kind, rng, dimension, aspect, &wanted, error);
-}
-
 ad_status sampling_fill(sampling_kind kind, nn_rng *rng, int dimension, size_t count,
                         double *points, ad_error *error)
 {
-    return sampling_fill_aspect(kind, rng, dimension, count, NULL, points, error);
+    double *to[SAMPLING_MAX_DIMENSION];
+    for (int axis = 0; axis < dimension && axis < SAMPLING_MAX_DIMENSION; axis++) {
+        to[axis] = points + (size_t)axis * count;
+    }
+    return sampling_fill_part(kind, rng, dimension, count, 0, count, to, error);
 }
 
 size_t sampling_along(double length, size_t even, size_t count, const double *more, double *s)

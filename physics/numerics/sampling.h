@@ -58,23 +58,21 @@ bool sampling_kind_is_tensor(sampling_kind kind);
  * s has room for all. How many there are. */
 size_t sampling_along(double length, size_t even, size_t count, const double *more, double *s);
 
-/* Shape of the tensor grid with at most `count` points. `aspect` [dimension] holds the wished
- * relative numbers of points per axis (NULL: all the same). The answer is the largest number of
- * points <= count that is a product of axis lengths >= 2 of which every ratio is within a factor of
- * 2 of the wished one. Among the shapes with that number it is the nearest to the wish, by the
- * least sum of squared logarithms. Of equals it is the one with the shorter first axis. So 1000
- * gives 25 x 40 and 997 gives 992 = 31 x 32. A count that this function gave back is given back
- * unchanged. *actual receives the product. AD_BAD_ARGUMENT: dimension not 1..3, aspect not
- * positive, or no shape fits.
+/* Shape of the tensor grid with at most `count` points: the largest number of points <= count that
+ * is a product of axis lengths >= 2 of which every ratio is within a factor of 2. Among the shapes
+ * with that number it is the nearest to a cube, by the least sum of squared logarithms of ratios.
+ * Of equals it is the one with the shorter first axis. So 1000 gives 25 x 40 and 997 gives
+ * 992 = 31 x 32. A count that this function gave back is given back unchanged. *actual receives
+ * the product. AD_BAD_ARGUMENT: dimension not 1..3, or no shape fits.
  */
-ad_status sampling_grid_shape(int dimension, size_t count, const double *aspect,
+ad_status sampling_grid_shape(int dimension, size_t count,
                               size_t shape[SAMPLING_MAX_GRID_DIMENSION], size_t *actual,
                               ad_error *error);
 
 /* Number of points a request for `count` leads to: for tensor grids *actual of the above, for the
  * others `count` itself. Call it before allocating. */
-ad_status sampling_count(sampling_kind kind, int dimension, size_t count, const double *aspect,
-                         size_t *actual, ad_error *error);
+ad_status sampling_count(sampling_kind kind, int dimension, size_t count, size_t *actual,
+                         ad_error *error);
 
 /* Fill points [dimension][count]. `rng` may be NULL except for uniform and latin_hypercube.
  * AD_BAD_ARGUMENT: dimension not 1..48 (grids 1..3), count 0 or (sobol) above 2^32, generator
@@ -87,10 +85,6 @@ ad_status sampling_fill(sampling_kind kind, nn_rng *rng, int dimension, size_t c
  * latin_hypercube draws all: it needs those before and after, and writes them. */
 ad_status sampling_fill_part(sampling_kind kind, nn_rng *rng, int dimension, size_t count,
                              size_t first, size_t end, double *const *to, ad_error *error);
-
-/* All of them, with the aspect of sampling_grid_shape. */
-ad_status sampling_fill_aspect(sampling_kind kind, nn_rng *rng, int dimension, size_t count,
-                               const double *aspect, double *points, ad_error *error);
 
 #ifdef __cplusplus
 }

@@ -318,7 +318,7 @@ static const refusal scene_refusals[] = {
      "for which points have to stay; allowed: one of the two"},
     {BASE "losses: {interior: {points: 1, sampler: chebyshev}}\n", NULL,
      "scene.yaml:4:29: losses.interior.points: 1 points are too few for a tensor grid in 1 "
-     "dimensions of that aspect"},
+     "dimensions"},
     {BASE "manufactured: {angles: [s, s, s]}\n", NULL,
      "scene.yaml:4:15: manufactured.position: missing; a manufactured solution needs the position"},
     {BASE "manufactured: {position: [0, 0, s]}\n", NULL,
@@ -386,7 +386,7 @@ static const refusal scene_refusals[] = {
      NULL, "scene.yaml:7:10: initial: follows from the manufactured solution; leave it out"},
     {DYNAMIC "losses: {interior: {points: 3, sampler: grid}}\nformulation: mixed\n", NULL,
      "scene.yaml:6:29: losses.interior.points: 3 points are too few for a tensor grid in 2 "
-     "dimensions of that aspect"},
+     "dimensions"},
     {KIRCHHOFF "reference: {analytic: elastica}\n"
                "loads: {tip: {force: [0, 1, 1]}}\n",
      NULL,

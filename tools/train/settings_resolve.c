@@ -338,7 +338,7 @@ static ad_status resolve_grid(problem_points *points, int dimension, int pieces,
         return AD_OK;
     }
     size_t each = (size_t)((points->points + pieces - 1) / pieces);
-    if (sampling_count(points->sampler, dimension, each, NULL, &actual, &reason) != AD_OK) {
+    if (sampling_count(points->sampler, dimension, each, &actual, &reason) != AD_OK) {
         return train_refuse(key, field, error, "%s", reason.message);
     }
     points->points = pieces * (int)actual;
