@@ -311,12 +311,17 @@ typedef struct ad_run {
     size_t members;                /* 0 is 1; divides points, which are those of the first member,
                                     * of the second, ...; of no meaning to programs without values
                                     * of members */
+    bool everywhere;               /* uniform outputs, too, are [rows][points] */
 } ad_run;
 
 /* Replay. Allocates nothing after the first run with a given or larger number of points (and
  * members). The result is the same to the last bit for any number of threads. AD_BAD_ARGUMENT:
  * members with different numbers of points; AD_NO_MEMORY. */
 ad_status ad_execute(ad_program *program, const ad_run *run, ad_error *error);
+
+/* Compiles values, executes them once and frees the program. pool NULL: by the calling thread. */
+ad_status ad_evaluate(int count, const ad_value *values, ad_pool *pool, const ad_run *run,
+                      ad_error *error);
 
 /* The elementwise groups of a program can be taken from C that is written for it and compiled by
  * the command cc: the same bits, in half the time. Begin takes compiled groups from `folder`, where

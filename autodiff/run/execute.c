@@ -410,6 +410,17 @@ static bool make_room(execution *e, const ad_run *run)
     return ok;
 }
 
+/* Of rows that are the same at all points. */
+static void write_uniform(const ad_run *run, int rows, const double *from, double *to)
+{
+    const size_t times = run->everywhere ? run->points : 1;
+    for (int row = 0; row < rows; row++) {
+        for (size_t k = 0; k < times; k++) {
+            *to++ = from[row];
+        }
+    }
+}
+
 ad_status ad_execute(ad_program *program, const ad_run *run, ad_error *error)
 {
     execution e = {.program = program, .run = run};
@@ -433,11 +444,26 @@ ad_status ad_execute(ad_program *program, const ad_run *run, ad_error *error)
     for (int i = 0; i < program->outputs; i++) {
         const node *n = &program->tape->nodes[program->output_ids[i]];
         if (n->extent == AD_UNIFORM && run->outputs[i]) {
-            memcpy(run->outputs[i], ad_uniform_at(program, program->output_ids[i], run),
-                   (size_t)n->rows * sizeof(double));
+            write_uniform(run, n->rows, ad_uniform_at(program, program->output_ids[i], run),
+                          run->outputs[i]);
         }
     }
     return AD_OK;
+}
+
+ad_status ad_evaluate(int count, const ad_value *values, ad_pool *pool, const ad_run *run,
+                      ad_error *error)
+{
+    ad_pool *own = pool ? NULL : ad_pool_create(1);
+    ad_program *program = NULL;
+    ad_status status = pool || own ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
+    if (status == AD_OK) {
+        status = ad_compile(count, values, NULL, pool ? pool : own, &program, error);
+    }
+    status = status == AD_OK ? ad_execute(program, run, error) : status;
+    ad_program_free(program);
+    ad_pool_free(own);
+    return status;
 }
 
 /* ---- tiles for others ------------------------------------------------------------------------ */

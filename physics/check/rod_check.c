@@ -50,20 +50,12 @@ static ad_status rod_measure(const rod_mismatch *list, double *sizes, ad_error *
         values[i] = list[i].rows;
         outputs[i] = numbers[i];
     }
-    ad_settings settings = ad_settings_default();
-    ad_program *program = NULL;
-    ad_pool *pool = ad_pool_create(1);
-    ad_status status = pool ? ad_compile(MISMATCHES, values, &settings, pool, &program, error)
-                            : ad_fail(error, AD_NO_MEMORY, "out of memory");
-    ad_run run = {.points = 1, .inputs = (const double *const[]){&zero, &zero}, .outputs = outputs};
-    if (status == AD_OK) {
-        status = ad_execute(program, &run, error);
-    }
+    const ad_run run = {
+        .points = 1, .inputs = (const double *const[]){&zero, &zero}, .outputs = outputs};
+    const ad_status status = ad_evaluate(MISMATCHES, values, NULL, &run, error);
     for (int i = 0; i < MISMATCHES; i++) {
         sizes[i] = hypot(hypot(numbers[i][0], numbers[i][1]), numbers[i][2]);
     }
-    ad_program_free(program);
-    ad_pool_free(pool);
     return status;
 }
 

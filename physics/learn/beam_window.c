@@ -60,28 +60,22 @@ static ad_status beam_shift(const scene *beam_scene, double values[4][BEAM_CHECK
                             ad_error *error)
 {
     ad_tape *tape = ad_tape_create();
-    ad_pool *pool = ad_pool_create(1);
-    ad_program *program = NULL;
     double places[BEAM_CHECKED], times[BEAM_CHECKED] = {0};
-    ad_status status = tape && pool ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
-    if (status == AD_OK) {
-        ad_value s = ad_input(tape, "s", 1), t = ad_input(tape, "t", 1), rows[4];
-        const domain_place at = rod_place(beam_scene, s, t);
-        beam_context beam = beam_context_of(beam_scene, &at);
-        beam_shifts(&beam, rows);
-        status = ad_compile(4, rows, NULL, pool, &program, error);
+    if (!tape) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory");
     }
+    ad_value s = ad_input(tape, "s", 1), t = ad_input(tape, "t", 1), rows[4];
+    const domain_place at = rod_place(beam_scene, s, t);
+    beam_context beam = beam_context_of(beam_scene, &at);
+    beam_shifts(&beam, rows);
     for (int i = 0; i < BEAM_CHECKED; i++) {
         places[i] = (double)i / (BEAM_CHECKED - 1);
     }
-    if (status == AD_OK) {
-        ad_run run = {.points = BEAM_CHECKED,
-                      .inputs = (const double *const[]){places, times},
-                      .outputs = (double *const[]){values[0], values[1], values[2], values[3]}};
-        status = ad_execute(program, &run, error);
-    }
-    ad_program_free(program);
-    ad_pool_free(pool);
+    const ad_run run = {.points = BEAM_CHECKED,
+                        .inputs = (const double *const[]){places, times},
+                        .outputs = (double *const[]){values[0], values[1], values[2], values[3]},
+                        .everywhere = true};
+    const ad_status status = ad_evaluate(4, rows, NULL, &run, error);
     ad_tape_free(tape);
     return status;
 }

@@ -224,12 +224,11 @@ static ad_status compare(const derivative_task *task, const derivative_program *
 static ad_status run(const derivative_task *task, const derivative_program *made,
                      derivative_batch *batch, derivative_check *check, ad_error *error)
 {
-    double *outputs[2] = {batch->derivative, batch->lower}, low;
+    double *outputs[2] = {batch->derivative, batch->lower};
     const double *uniforms[DOMAIN_UNIFORMS_MAX];
-    const domain *d = &task->model->domain;
     domain_uniforms kinds = model_uniforms(task->model, task->window);
-    domain_setting setting = {{domain_window_time(d, task->window)}, task->start, 1};
-    setting.window[1] = d->time < 0 ? 0 : range_of(task, d->time, &low);
+    const domain_setting setting =
+        domain_setting_of(&task->model->domain, task->window, task->start, 1);
     domain_list_uniforms(&kinds, &setting, uniforms);
     ad_run at = {.points = (size_t)STEPS * SHIFTS * batch->points,
                  .inputs = (const double *const *)batch->at,

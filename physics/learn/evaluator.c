@@ -25,11 +25,10 @@ struct evaluator {
     ad_pool *pool;
     ad_program *programs[2]; /* of the first window, of all later ones */
     domain_uniforms kinds[2];
-    bool is_uniform[2][EVALUATOR_COLUMNS_MAX]; /* the same at all points */
-    double *parameters;                        /* [windows][count], combined; or a table */
-    size_t count;                              /* of parameters of a window */
-    int tabled, table[MODEL_COLUMNS_MAX];      /* columns of the model that it has */
-    double *starts;                            /* [windows][numbers] */
+    double *parameters;                   /* [windows][count], combined; or a table */
+    size_t count;                         /* of parameters of a window */
+    int tabled, table[MODEL_COLUMNS_MAX]; /* columns of the model that it has */
+    double *starts;                       /* [windows][numbers] */
     size_t numbers;
 };
 
@@ -219,7 +218,6 @@ static ad_status build(evaluator *e, const evaluator_model *model, int later, ad
     }
     for (int i = 0; i < e->columns; i++) {
         values[i] = differentiated(e, &e->column[i], observed[e->column[i].column], &at);
-        e->is_uniform[later][i] = ad_extent_of(values[i]) == AD_UNIFORM;
     }
     ad_status status = ad_compile(e->columns, values, NULL, e->pool, &e->programs[later], error);
     ad_tape_free(tape);
@@ -231,10 +229,7 @@ enum { CHUNK = 128 }; /* points of one window at a time, on the stack */
 /* The numbers that are set for a window. */
 static domain_setting setting_of(const evaluator *e, int index)
 {
-    double begin = domain_window_time(&e->domain, index);
-    return (domain_setting){{begin, domain_window_time(&e->domain, index + 1) - begin},
-                            e->starts + (size_t)index * e->numbers,
-                            1};
+    return domain_setting_of(&e->domain, index, e->starts + (size_t)index * e->numbers, 1);
 }
 
 /* `count` points of one window; column c goes to values + c * stride. */
@@ -257,14 +252,9 @@ static ad_status evaluate_run(evaluator *e, int index, size_t count,
                         .inputs = inputs,
                         .uniforms = uniforms,
                         .parameters = e->parameters + (size_t)index * e->count,
-                        .outputs = outputs};
-    ad_status status = ad_execute(e->programs[later], &run, error);
-    for (int c = 0; c < e->columns && status == AD_OK; c++) {
-        for (size_t k = 1; k < count && e->is_uniform[later][c]; k++) {
-            outputs[c][k] = outputs[c][0];
-        }
-    }
-    return status;
+                        .outputs = outputs,
+                        .everywhere = true};
+    return ad_execute(e->programs[later], &run, error);
 }
 
 /* What a program allocates when it first runs, it allocates here. */

@@ -89,7 +89,6 @@ static ad_status run_inputs(fit *fit, ad_pool *pool, const double *at, ad_error 
 {
     const family *f = fit->f;
     ad_tape *tape = ad_tape_create();
-    ad_program *program = NULL;
     ad_value coordinates[SCENE_PARAMETERS_MAX], matrix[3][3], outputs[2];
     const double *inputs[SCENE_PARAMETERS_MAX];
     groups_turn turn;
@@ -103,17 +102,10 @@ static ad_status run_inputs(fit *fit, ad_pool *pool, const double *at, ad_error 
     outputs[0] = family_inputs(f, tape, coordinates, &turn);
     family_turn_matrix(&turn, tape, matrix);
     outputs[1] = ad_stack(9, matrix[0]);
-    /* an output that is the same for all members is one block: make it vary */
-    for (int i = 0; i < 2; i++) {
-        outputs[i] = ad_add(outputs[i], ad_scale(coordinates[0], 0x1p-1000));
-    }
-    ad_status status = ad_compile(2, outputs, NULL, pool, &program, error);
-    if (status == AD_OK) {
-        double *to[] = {fit->inputs, fit->turn};
-        ad_run run = {.points = fit->members, .inputs = inputs, .outputs = to};
-        status = ad_execute(program, &run, error);
-    }
-    ad_program_free(program);
+    double *to[] = {fit->inputs, fit->turn};
+    const ad_run run = {
+        .points = fit->members, .inputs = inputs, .outputs = to, .everywhere = true};
+    const ad_status status = ad_evaluate(2, outputs, pool, &run, error);
     ad_tape_free(tape);
     return status;
 }

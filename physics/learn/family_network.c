@@ -5,7 +5,6 @@
 struct family_network {
     const family *f;
     ad_program *program;
-    bool is_same;  /* for all members: the program gives it once */
     size_t room;   /* members */
     double *x, *u; /* [parameters][room], [rows][room] */
 };
@@ -23,7 +22,6 @@ ad_status family_network_create(const family *f, const nn_mlp *mlp, ad_pool *poo
     if (status == AD_OK) {
         network->f = f;
         model_record(m, 0, mlp, tape, fields);
-        network->is_same = ad_extent_of(fields[FAMILY_CURVATURE]) == AD_UNIFORM;
         status = ad_compile(1, &fields[FAMILY_CURVATURE], NULL, pool, &network->program, error);
     }
     model_free(m);
@@ -75,15 +73,17 @@ ad_status family_network_run(family_network *network, const double *weights, siz
                 scene_parameter_fraction(&f->open.parameters[i], parameters[k * count + i]);
         }
     }
-    ad_run run = {
-        .points = members, .inputs = inputs, .parameters = weights, .outputs = &network->u};
+    const ad_run run = {.points = members,
+                        .inputs = inputs,
+                        .parameters = weights,
+                        .outputs = &network->u,
+                        .everywhere = true};
     ad_status status = ad_execute(network->program, &run, error);
-    const size_t stride = network->is_same ? 1 : members;
     for (size_t k = 0; k < members && status == AD_OK; k++) {
         for (size_t i = 0; i < nodes; i++) {
             for (size_t c = 0; c < 3; c++) {
                 curvature[3 * (k * nodes + i) + c] =
-                    network->u[(c * nodes + i) * stride + (network->is_same ? 0 : k)] / f->length;
+                    network->u[(c * nodes + i) * members + k] / f->length;
             }
         }
     }

@@ -4,12 +4,6 @@
 
 #include <stdlib.h>
 
-typedef struct field_program {
-    ad_program *program;
-    bool is_uniform[MODEL_COLUMNS_MAX]; /* the same at all points: across the plane of a planar
-                                           motion, say */
-} field_program;
-
 struct field {
     int held; /* of the last coordinates, which are these: */
     double member[SCENE_PARAMETERS_MAX];
@@ -18,8 +12,8 @@ struct field {
     int index;         /* of the last window */
     const double *earlier, *starts;
     double load_factor;
-    field_program programs[2]; /* of the first window, of a later one; made when a point asks */
-    motion_network *motion;    /* of a model of such, in place of the programs */
+    ad_program *programs[2]; /* of the first window, of a later one; made when a point asks */
+    motion_network *motion;  /* of a model of such, in place of the programs */
     ad_pool *pool;
     int columns;
     double *points; /* [coordinates][capacity], dimensionless */
@@ -33,7 +27,7 @@ const char *field_column_name(const field *f, int column)
     return column >= 0 && column < f->columns ? f->model->columns[column].name : "";
 }
 
-static ad_status build(field *f, int window, field_program *made, ad_error *error)
+static ad_status build(field *f, int window, ad_program **made, ad_error *error)
 {
     const physics_model *m = f->model;
     ad_tape *tape = ad_tape_create();
@@ -43,10 +37,7 @@ static ad_status build(field *f, int window, field_program *made, ad_error *erro
     ad_value fields[MODEL_FIELDS_MAX], observed[MODEL_COLUMNS_MAX];
     domain_place at = model_record(m, window, f->mlp, tape, fields);
     m->call.observe(m, &at, fields, observed);
-    for (int i = 0; i < f->columns; i++) {
-        made->is_uniform[i] = ad_extent_of(observed[i]) == AD_UNIFORM;
-    }
-    ad_status status = ad_compile(f->columns, observed, NULL, f->pool, &made->program, error);
+    ad_status status = ad_compile(f->columns, observed, NULL, f->pool, made, error);
     ad_tape_free(tape);
     return status;
 }
@@ -75,8 +66,8 @@ ad_status field_create(const physics_model *m, const nn_mlp *mlp, bool pose_only
 void field_free(field *f)
 {
     if (f) {
-        ad_program_free(f->programs[0].program);
-        ad_program_free(f->programs[1].program);
+        ad_program_free(f->programs[0]);
+        ad_program_free(f->programs[1]);
         motion_network_free(f->motion);
         free(f->points);
         free(f->windows);
@@ -151,13 +142,12 @@ static ad_status evaluate_window(field *f, int index, const double *x, size_t co
         return motion_network_observe(f->motion, index, start, of_window, count, f->points,
                                       f->points + count, f->columns, values, error);
     }
-    field_program *made = &f->programs[index > 0];
-    ad_status status = made->program ? AD_OK : build(f, index, made, error);
-    double *outputs[MODEL_COLUMNS_MAX], begin = domain_window_time(d, index);
+    ad_program **made = &f->programs[index > 0];
+    ad_status status = *made ? AD_OK : build(f, index, made, error);
+    double *outputs[MODEL_COLUMNS_MAX];
     const double *inputs[DOMAIN_COORDINATES_MAX], *uniforms[DOMAIN_UNIFORMS_MAX];
     domain_uniforms kinds = model_uniforms(f->model, index);
-    domain_setting setting = {
-        {begin, domain_window_time(d, index + 1) - begin}, start, f->load_factor};
+    const domain_setting setting = domain_setting_of(d, index, start, f->load_factor);
     domain_list_uniforms(&kinds, &setting, uniforms);
     for (int i = 0; i < f->columns; i++) {
         outputs[i] = values + (size_t)i * count;
@@ -165,20 +155,13 @@ static ad_status evaluate_window(field *f, int index, const double *x, size_t co
     for (int i = 0; i < d->count; i++) {
         inputs[i] = f->points + (size_t)i * count;
     }
-    ad_run run = {.points = count,
-                  .inputs = inputs,
-                  .uniforms = uniforms,
-                  .parameters = of_window,
-                  .outputs = outputs};
-    if (status == AD_OK) {
-        status = ad_execute(made->program, &run, error);
-    }
-    for (int i = 0; i < f->columns && status == AD_OK; i++) {
-        for (size_t k = 1; k < count && made->is_uniform[i]; k++) {
-            outputs[i][k] = outputs[i][0];
-        }
-    }
-    return status;
+    const ad_run run = {.points = count,
+                        .inputs = inputs,
+                        .uniforms = uniforms,
+                        .parameters = of_window,
+                        .outputs = outputs,
+                        .everywhere = true};
+    return status == AD_OK ? ad_execute(*made, &run, error) : status;
 }
 
 /* Gather the points of one window, dimensionless, evaluate, and put the values where they belong.

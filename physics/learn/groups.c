@@ -48,30 +48,10 @@ static void draw(const scene *family, double *values)
 }
 
 /* out [ad_rows][DRAWS] */
-static ad_status evaluate(ad_value value, ad_value parameters, const double *draws, double *out,
-                          ad_error *error)
+static ad_status evaluate(ad_value value, const double *draws, double *out, ad_error *error)
 {
-    ad_pool *pool = ad_pool_create(1);
-    ad_program *program = NULL;
-    ad_status status = pool ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for groups");
-    /* of every draw, also where it is the same for all */
-    const ad_value on_all = ad_stack(2, (ad_value[]){value, ad_row(parameters, 0)});
-    double *all = malloc(((size_t)ad_rows(on_all) + 1) * DRAWS * sizeof *all);
-    if (status == AD_OK && !all) {
-        status = ad_fail(error, AD_NO_MEMORY, "out of memory for groups");
-    }
-    status = status == AD_OK ? ad_compile(1, &on_all, NULL, pool, &program, error) : status;
-    if (status == AD_OK) {
-        const ad_run run = {.points = DRAWS, .inputs = &draws, .outputs = &all};
-        status = ad_execute(program, &run, error);
-    }
-    if (status == AD_OK) {
-        memcpy(out, all, (size_t)ad_rows(value) * DRAWS * sizeof *out);
-    }
-    free(all);
-    ad_program_free(program);
-    ad_pool_free(pool);
-    return status;
+    const ad_run run = {.points = DRAWS, .inputs = &draws, .outputs = &out, .everywhere = true};
+    return ad_evaluate(1, &value, NULL, &run, error);
 }
 
 /* All rows of all items. */
@@ -242,9 +222,9 @@ static ad_status find_slopes(search *search, ad_error *error)
         status = ad_directional(1, &all, 1, &search->parameters, &along, &slope);
         status = status == AD_OK ? ad_tape_status(search->tape, error)
                                  : ad_fail(error, status, "groups: no derivatives");
-        status = status == AD_OK ? evaluate(slope, search->parameters, search->draws,
-                                            search->slopes + (size_t)k * block, error)
-                                 : status;
+        status = status == AD_OK
+                     ? evaluate(slope, search->draws, search->slopes + (size_t)k * block, error)
+                     : status;
     }
     return status;
 }
@@ -418,8 +398,7 @@ static ad_status find_values(search *search, ad_error *error)
 {
     const ad_value all = stack_items(&search->list, search->tape);
     const ad_status status = ad_tape_status(search->tape, error);
-    return status == AD_OK ? evaluate(all, search->parameters, search->draws, search->values, error)
-                           : status;
+    return status == AD_OK ? evaluate(all, search->draws, search->values, error) : status;
 }
 
 static void clear(search *search)

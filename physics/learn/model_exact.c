@@ -63,7 +63,6 @@ static ad_status compare(const comparing *c, int a, int b, const domain_place *a
     double *outputs[2 * ORDERS];
     const double *inputs[DOMAIN_COORDINATES_MAX];
     const int held[2] = {c->m->conditions[a].coordinate, c->m->conditions[b].coordinate};
-    ad_program *program = NULL;
     for (int i = 0; i < d->count; i++) {
         inputs[i] = x[i];
         for (int k = 0; k < SAMPLES; k++) { /* both ends too */
@@ -76,20 +75,16 @@ static ad_status compare(const comparing *c, int a, int b, const domain_place *a
     for (int i = 0; i < 2 * pairs; i++) {
         outputs[i] = values[i];
     }
-    ad_status status = ad_compile(2 * pairs, sides, NULL, c->pool, &program, c->error);
-    const ad_run run = {.points = SAMPLES, .inputs = inputs, .outputs = outputs};
-    status = status == AD_OK ? ad_execute(program, &run, c->error) : status;
+    const ad_run run = {
+        .points = SAMPLES, .inputs = inputs, .outputs = outputs, .everywhere = true};
+    const ad_status status = ad_evaluate(2 * pairs, sides, c->pool, &run, c->error);
     *agree = status == AD_OK;
-    for (int i = 0; i < pairs && *agree; i++) {
-        const bool fixed[2] = {ad_extent_of(sides[2 * i]) == AD_UNIFORM,
-                               ad_extent_of(sides[2 * i + 1]) == AD_UNIFORM};
+    for (int i = 0; i < 2 * pairs && *agree; i += 2) {
         for (int k = 0; k < SAMPLES && *agree; k++) {
-            const double one = values[2 * i][fixed[0] ? 0 : k];
-            const double two = values[2 * i + 1][fixed[1] ? 0 : k];
+            const double one = values[i][k], two = values[i + 1][k];
             *agree = fabs(one - two) <= 1e-13 * (1 + fabs(one) + fabs(two));
         }
     }
-    ad_program_free(program);
     ad_tape_free(at->tape);
     return status;
 }
@@ -155,7 +150,6 @@ static ad_status find_steep(const comparing *c, int a, bool *steep)
     const double *inputs[DOMAIN_COORDINATES_MAX];
     double *outputs[DOMAIN_COORDINATES_MAX + 1];
     ad_value values[DOMAIN_COORDINATES_MAX + 1];
-    ad_program *program = NULL;
     domain_place at;
     *steep = false;
     ad_status status =
@@ -180,9 +174,8 @@ static ad_status find_steep(const comparing *c, int a, bool *steep)
         values[i + 1] = ad_scale(ad_derivative(values[0], at.x[i], 1),
                                  d->coordinates[i].high - d->coordinates[i].low);
     }
-    status = ad_compile(d->count + 1, values, NULL, c->pool, &program, c->error);
-    const ad_run run = {.points = PLACES, .inputs = inputs, .outputs = outputs};
-    status = status == AD_OK ? ad_execute(program, &run, c->error) : status;
+    const ad_run run = {.points = PLACES, .inputs = inputs, .outputs = outputs, .everywhere = true};
+    status = ad_evaluate(d->count + 1, values, c->pool, &run, c->error);
     if (status == AD_OK && ad_extent_of(values[0]) != AD_UNIFORM) {
         double low = INFINITY, high = -INFINITY, most = 0;
         for (int k = 0; k < PLACES; k++) {
@@ -190,14 +183,12 @@ static ad_status find_steep(const comparing *c, int a, bool *steep)
             high = fmax(high, outputs[0][k]);
         }
         for (int i = 0; i < d->count; i++) {
-            const int places = ad_extent_of(values[i + 1]) == AD_UNIFORM ? 1 : PLACES;
-            for (int k = 0; k < places && i != one->coordinate; k++) {
+            for (int k = 0; k < PLACES && i != one->coordinate; k++) {
                 most = fmax(most, fabs(outputs[i + 1][k]));
             }
         }
         *steep = !(most <= STEEP * (high - low) || most <= 1e-12 * (1 + fabs(high) + fabs(low)));
     }
-    ad_program_free(program);
     ad_tape_free(at.tape);
     free(numbers);
     return status;

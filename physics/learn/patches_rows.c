@@ -49,13 +49,6 @@ static void fill_patch(void *context, int k, int thread)
     }
 }
 
-static void spread(double *y, size_t points)
-{
-    for (size_t q = 1; q < points; q++) {
-        y[q] = y[0];
-    }
-}
-
 /* Residuals are divided by how much they change with fields of their usual size: the sum over their
  * derivatives, at the point where it is largest. */
 static void find_factors(const patch_window *w, patch_rows *rows)
@@ -93,19 +86,15 @@ ad_status patch_window_evaluate(patch_window *w, ad_error *error)
         }
         ad_pool_run(p->settings->pool, rows->patches, fill_patch, &filled);
         for (int k = 0; k < p->unknowns; k++) {
-            double *y = rows->unknowns + (size_t)k * points;
-            y[0] = p->unknown[k];
-            spread(y, points);
+            for (size_t q = 0; q < points; q++) {
+                rows->unknowns[(size_t)k * points + q] = p->unknown[k];
+            }
         }
-        const ad_run run = {.points = points, .inputs = rows->inputs, .outputs = rows->outputs};
+        const ad_run run = {
+            .points = points, .inputs = rows->inputs, .outputs = rows->outputs, .everywhere = true};
         ad_status status = ad_execute(law->program, &run, error);
         if (status != AD_OK) {
             return status;
-        }
-        for (int k = 0; k < law->rows + law->entry_count; k++) {
-            if (k < law->rows ? law->same[k] : law->entries[k - law->rows].same) {
-                spread(rows->outputs[k], points);
-            }
         }
         if (rows->factor[0] == 0) {
             find_factors(w, rows);

@@ -148,13 +148,10 @@ static ad_status make_sets(problem *p, ad_error *error)
 ad_status problem_enter(problem *p, int window, const double *start, ad_error *error)
 {
     bool has_programs = p->set_count > 0 && (window > 0) == (p->window > 0);
-    double begin = domain_window_time(&p->model->domain, window);
     ad_status status = AD_OK;
     p->window = window;
     p->kinds = model_uniforms(p->model, window);
-    p->setting.window[0] = begin;
-    p->setting.window[1] = domain_window_time(&p->model->domain, window + 1) - begin;
-    p->setting.state = start;
+    p->setting = domain_setting_of(&p->model->domain, window, start, p->setting.load_factor);
     problem_weights_start(p);
     if (!has_programs) {
         status = make_sets(p, error);

@@ -200,17 +200,12 @@ static ad_status write_state(const physics_model *m, const double *values, doubl
 
 /* ---- from window to window ----------------------------------------------------------------- */
 
-typedef struct window_state_program {
-    ad_program *program; /* NULL: not needed yet */
-    bool is_uniform[MODEL_STATE_ROWS_MAX];
-} window_state_program;
-
 struct window_state {
     const physics_model *model;
     const nn_mlp *mlp;
     ad_pool *pool;
-    window_state_program programs[2]; /* of the first window, of a later one */
-    motion_network *motion;           /* of a model of such */
+    ad_program *programs[2]; /* of the first window, of a later one; NULL: not needed yet */
+    motion_network *motion;  /* of a model of such */
 };
 
 ad_status window_state_create(const physics_model *m, const nn_mlp *mlp, ad_pool *pool,
@@ -227,14 +222,14 @@ ad_status window_state_create(const physics_model *m, const nn_mlp *mlp, ad_pool
 void window_state_free(window_state *r)
 {
     if (r) {
-        ad_program_free(r->programs[0].program);
-        ad_program_free(r->programs[1].program);
+        ad_program_free(r->programs[0]);
+        ad_program_free(r->programs[1]);
         motion_network_free(r->motion);
         free(r);
     }
 }
 
-static ad_status build(window_state *r, int window, window_state_program *made, ad_error *error)
+static ad_status build(window_state *r, int window, ad_program **made, ad_error *error)
 {
     ad_tape *tape = ad_tape_create();
     if (!tape) {
@@ -247,9 +242,8 @@ static ad_status build(window_state *r, int window, window_state_program *made, 
     ad_value end = ad_add(at.start, at.span);
     for (int i = 0; i < m->state_rows; i++) {
         rows[i] = ad_substitute(rows[i], at.x[m->domain.time], end);
-        made->is_uniform[i] = ad_extent_of(rows[i]) == AD_UNIFORM;
     }
-    ad_status status = ad_compile(m->state_rows, rows, NULL, r->pool, &made->program, error);
+    ad_status status = ad_compile(m->state_rows, rows, NULL, r->pool, made, error);
     ad_tape_free(tape);
     return status;
 }
@@ -279,19 +273,19 @@ static double member_at(const domain *d, int member, int i)
 }
 
 /* values [WINDOW_STATE_POINTS][rows] of the end of window `index` in one piece, of one member. */
-static ad_status run_piece(const window_state *r, const window_state_program *made, int index,
-                           int piece, int member, const double *start, const double *x,
-                           double *values, ad_error *error)
+static ad_status run_piece(const window_state *r, ad_program *program, int index, int piece,
+                           int member, const double *start, const double *x, double *values,
+                           ad_error *error)
 {
     const physics_model *m = r->model;
     const int parameters = parameters_of(&m->domain);
     double s[WINDOW_STATE_POINTS], unused[WINDOW_STATE_POINTS] = {0},
                                    found[MODEL_STATE_ROWS_MAX][WINDOW_STATE_POINTS];
     double of_member[WINDOW_STATE_PARAMETERS_MAX][WINDOW_STATE_POINTS];
-    double *outputs[MODEL_STATE_ROWS_MAX], begin = domain_window_time(&m->domain, index);
+    double *outputs[MODEL_STATE_ROWS_MAX];
     const double *inputs[DOMAIN_COORDINATES_MAX] = {s, unused}, *uniforms[DOMAIN_UNIFORMS_MAX];
     domain_uniforms kinds = model_uniforms(m, index);
-    domain_setting setting = {{begin, domain_window_time(&m->domain, index + 1) - begin}, start, 1};
+    const domain_setting setting = domain_setting_of(&m->domain, index, start, 1);
     domain_list_uniforms(&kinds, &setting, uniforms);
     for (int i = 0; i < parameters; i++) {
         for (int j = 0; j < WINDOW_STATE_POINTS; j++) {
@@ -307,11 +301,12 @@ static ad_status run_piece(const window_state *r, const window_state_program *ma
                         .inputs = inputs,
                         .uniforms = uniforms,
                         .parameters = x,
-                        .outputs = outputs};
-    ad_status status = ad_execute(made->program, &run, error);
+                        .outputs = outputs,
+                        .everywhere = true};
+    ad_status status = ad_execute(program, &run, error);
     for (int j = 0; status == AD_OK && j < WINDOW_STATE_POINTS; j++) {
         for (int i = 0; i < m->state_rows; i++) {
-            values[j * m->state_rows + i] = found[i][made->is_uniform[i] ? 0 : j];
+            values[j * m->state_rows + i] = found[i][j];
         }
     }
     return status;
@@ -344,17 +339,17 @@ ad_status window_state_run(window_state *r, int index, const double *start, cons
     if (m->motion) {
         return window_state_motion(r, index, start, x, end, error);
     }
-    window_state_program *made = &r->programs[index > 0];
+    ad_program **made = &r->programs[index > 0];
     size_t numbers = piece_numbers(m->state_rows);
     int members = members_of(parameters_of(&m->domain));
     int blocks = domain_pieces(&m->domain) * members;
     double *values = malloc(((size_t)blocks * numbers + 1) * sizeof *values);
     ad_status status = values ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a state");
-    if (status == AD_OK && !made->program) {
+    if (status == AD_OK && !*made) {
         status = build(r, index, made, error);
     }
     for (int k = 0; status == AD_OK && k < blocks; k++) {
-        status = run_piece(r, made, index, k / members, k % members, start, x,
+        status = run_piece(r, *made, index, k / members, k % members, start, x,
                            values + (size_t)k * numbers, error);
     }
     if (status == AD_OK) {

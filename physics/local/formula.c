@@ -5,8 +5,7 @@
 struct formula {
     ad_program *program;
     size_t rows, more;
-    bool is_uniform; /* the same at all points */
-    double *memory;  /* [2 + more + rows][capacity]: s, t, the third input, values */
+    double *memory; /* [2 + more + rows][capacity]: s, t, the third input, values */
     size_t capacity;
 };
 
@@ -20,7 +19,6 @@ ad_status solve_formula_create(ad_value value, int more, ad_pool *pool, formula 
     }
     f->rows = (size_t)ad_rows(value);
     f->more = (size_t)more;
-    f->is_uniform = ad_extent_of(value) == AD_UNIFORM;
     ad_status status = ad_compile(1, &value, NULL, pool, &f->program, error);
     if (status != AD_OK) {
         free(f);
@@ -60,12 +58,11 @@ ad_status solve_formula_evaluate_of(formula *f, size_t n, const double *s, doubl
         }
     }
     const double *inputs[3] = {points, times, more};
-    const ad_run run = {.points = n, .inputs = inputs, .outputs = &values};
+    const ad_run run = {.points = n, .inputs = inputs, .outputs = &values, .everywhere = true};
     ad_status status = ad_execute(f->program, &run, error);
-    size_t stride = f->is_uniform ? 1 : n;
     for (size_t i = 0; status == AD_OK && i < n; i++) {
         for (size_t row = 0; row < f->rows; row++) {
-            out[i * f->rows + row] = values[row * stride + (f->is_uniform ? 0 : i)];
+            out[i * f->rows + row] = values[row * n + i];
         }
     }
     return status;

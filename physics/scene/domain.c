@@ -172,6 +172,13 @@ domain_place domain_record(const domain *d, const domain_uniforms *uniforms, ad_
     return at;
 }
 
+domain_setting domain_setting_of(const domain *d, int window, const double *state,
+                                 double load_factor)
+{
+    const double begin = domain_window_time(d, window);
+    return (domain_setting){{begin, domain_window_time(d, window + 1) - begin}, state, load_factor};
+}
+
 int domain_list_uniforms(const domain_uniforms *uniforms, const domain_setting *setting,
                          const double **list)
 {

@@ -106,6 +106,10 @@ typedef struct domain_setting {
     double load_factor;
 } domain_setting;
 
+/* Those of a window; the state is borrowed. */
+domain_setting domain_setting_of(const domain *d, int window, const double *state,
+                                 double load_factor);
+
 enum { DOMAIN_UNIFORMS_MAX = 3 };
 
 /* Fills list with the uniforms of a tape in the order of domain_record and returns how many they

@@ -301,6 +301,35 @@ static void test_too_many_rows(void **state)
     ad_tape_free(tape);
 }
 
+/* Values are the same whether a program is kept or not; what is uniform is at every point if that
+ * is wanted, and once if not. */
+static void test_once(void **state)
+{
+    (void)state;
+    ad_tape *tape = ad_tape_create();
+    ad_value x = ad_input(tape, "x", 1);
+    const ad_value outputs[3] = {ad_constant(tape, 2, (double[]){4, 5}), ad_square(x),
+                                 ad_sum_points(x)};
+    const double at[3] = {1, 2, 3}, *inputs[1] = {at};
+    double same[6] = {0}, square[3], sum[3] = {0};
+    ad_run run = {.points = 3, .inputs = inputs, .outputs = (double *[]){same, square, sum}};
+    ad_error error;
+    assert_int_equal(ad_evaluate(3, outputs, NULL, &run, &error), AD_OK);
+    assert_memory_equal(same, ((double[]){4, 5, 0, 0, 0, 0}), sizeof same);
+    assert_memory_equal(square, ((double[]){1, 4, 9}), sizeof square);
+    assert_memory_equal(sum, ((double[]){6, 0, 0}), sizeof sum);
+    ad_pool *pool = ad_pool_create(2);
+    run.everywhere = true;
+    assert_int_equal(ad_evaluate(3, outputs, pool, &run, &error), AD_OK);
+    assert_memory_equal(same, ((double[]){4, 4, 4, 5, 5, 5}), sizeof same);
+    assert_memory_equal(square, ((double[]){1, 4, 9}), sizeof square);
+    assert_memory_equal(sum, ((double[]){6, 6, 6}), sizeof sum);
+    ad_pool_free(pool);
+    const ad_value wrong = ad_add(outputs[0], ad_zeros(tape, 3));
+    assert_int_equal(ad_evaluate(1, &wrong, NULL, &run, &error), AD_BAD_SHAPE);
+    ad_tape_free(tape);
+}
+
 static char *printed(const ad_program *program)
 {
     char *text = NULL;
@@ -428,6 +457,7 @@ int main(void)
         cmocka_unit_test(test_outputs_not_wanted),
         cmocka_unit_test(test_sum_of_constants),
         cmocka_unit_test(test_too_many_rows),
+        cmocka_unit_test(test_once),
         cmocka_unit_test(test_print),
         cmocka_unit_test(test_print_strides),
         cmocka_unit_test(test_many_alike),
