@@ -160,7 +160,9 @@ static ad_status set_modes(modes *m, const mesh *mesh, const solve_parameters *o
 {
     ad_status status = AD_OK;
     double compliance[MODES_STRAINS];
-    const int per_piece = MODES_STRAINS * largest_count(&m->counts), hinges = m->hinges;
+    const int per_piece = MODES_STRAINS * largest_count(&m->counts) + 1, hinges = m->hinges;
+    const scene_feed *feed = &m->rod->scene.feed;
+    const bool fed = feed->to > 0 && (feed->by == SCENE_FED_IN_TIME || open);
     bool failed = false;
     m->mode =
         rows((size_t)per_piece * (size_t)m->pieces + (size_t)hinges, sizeof *m->mode, &failed);
@@ -184,6 +186,15 @@ static ad_status set_modes(modes *m, const mesh *mesh, const solve_parameters *o
                 m->mode[m->size++] = (modes_mode){c, k, e, last};
             }
         }
+        if (e == hinges && fed) {
+            const double end = m->s[(last + 1) * (m->stages + 1) - 1];
+            m->feed.mode = m->size;
+            m->mode[m->size++] = (modes_mode){MODES_V + 2, 0, e, last};
+            if (fabs(end - feed->to / m->rod->scales.length) > SOLVE_SAME_PLACE) {
+                return ad_fail(error, AD_BAD_ARGUMENT,
+                               "s = %g, up to which a rod is fed, is no edge", feed->to);
+            }
+        }
         for (int i = e; i <= last; i++) {
             m->element[i].own = first;
             m->element[i].end = m->size;
@@ -191,7 +202,7 @@ static ad_status set_modes(modes *m, const mesh *mesh, const solve_parameters *o
         }
     }
     m->width = (m->size + QUAD - 1) / QUAD * QUAD;
-    if (status == AD_OK && m->is_locked && m->rod->rest_moves) {
+    if (status == AD_OK && m->is_locked && m->rod->rest_moves && !fed) {
         status = ad_fail(error, AD_BAD_INPUT,
                          "method modes: the rest shape of a rod with locked strains moves; "
                          "allowed: one that stays");
@@ -210,9 +221,13 @@ static void set_values(modes *m, const mesh *mesh)
             for (int i = 0; i < m->stages; i++) {
                 const int p = e * (m->stages + 1) + i;
                 const double y = 2 * (m->s[p] - from) / (to - from) - 1;
-                double of[SOLVE_MODES_MAX + 1];
+                double of[SOLVE_MODES_MAX + 1], slope = 0;
                 gauss_legendre(mode->degree, y, of);
                 m->value[p * m->width + a] = of[mode->degree];
+                for (int k = mode->degree; k > 0; k -= 2) { /* P_k' = P_(k-2)' + (2k - 1) P_(k-1) */
+                    slope += (2 * k - 1) * of[k - 1];
+                }
+                m->feed.slope[p * m->width + a] = 2 / (to - from) * slope;
             }
         }
     }
@@ -223,6 +238,9 @@ static ad_status allocate(modes *m, ad_error *error)
     const size_t points = (size_t)m->points, width = (size_t)m->width;
     bool failed = false;
     m->value = rows(points * width, sizeof(double), &failed);
+    m->feed.slope = rows(points * width, sizeof(double), &failed);
+    m->feed.trial = rows(4 * (size_t)m->size, sizeof(double), &failed);
+    m->feed.q = rows((size_t)m->size, sizeof(double), &failed);
     m->actuators = rows(points * (size_t)m->rod->actuators, sizeof *m->actuators, &failed);
     m->pull_by = rows(points, sizeof *m->pull_by, &failed);
     m->inputs_at = rows(points * (size_t)m->inputs, sizeof(double), &failed);
@@ -297,6 +315,13 @@ static ad_status fill(modes *m, const solve_parameters *open, int finer, ad_erro
             m->is_coupled = m->is_coupled || law_table[m->rod->extents[i].law].couples;
         }
         m->inertia_couples = scene_couples_inertia(&m->rod->scene);
+        m->feed.input = m->feed.mode >= 0 ? m->rod->scene.feed.by : -1;
+        if (m->feed.input >= 0) {
+            m->feed.from = m->feed.out = open->values[m->feed.input];
+        }
+        status = modes_feed_create(m, error);
+    }
+    if (status == AD_OK) {
         status = modes_at(m, 0, open ? open->values : NULL, error);
     }
     solve_quadrature_free(x.places);
@@ -317,6 +342,7 @@ ad_status modes_create(solve_rod *rod, const solve_parameters *open, const modes
         return ad_fail(error, AD_NO_MEMORY, "out of memory for modes");
     }
     m->rod = rod;
+    m->feed.mode = -1;
     m->inputs = open ? open->count : 0;
     m->counts = *counts;
     status = fill(m, open, finer, error);
@@ -331,10 +357,11 @@ ad_status modes_create(solve_rod *rod, const solve_parameters *open, const modes
 void modes_free(modes *m)
 {
     if (m) {
-        void *const owned[] = {m->center,  m->input_step, m->input,     m->inputs_at, m->mode,
-                               m->element, m->point,      m->value,     m->s,         m->jump_at,
-                               m->turn_at, m->along,      m->actuators, m->pull_by,   m->theta,
-                               m->rho,     m->mass,       m->room};
+        void *const owned[] = {
+            m->center,     m->input_step, m->input, m->inputs_at, m->mode,    m->element,
+            m->point,      m->value,      m->s,     m->jump_at,   m->turn_at, m->along,
+            m->actuators,  m->pull_by,    m->theta, m->rho,       m->mass,    m->room,
+            m->feed.slope, m->feed.trial, m->feed.q};
         for (size_t i = 0; i < sizeof owned / sizeof *owned; i++) {
             free(owned[i]);
         }

@@ -66,7 +66,11 @@ static ad_status give_rest(modes *m, ad_error *error)
         memcpy(to->rest + MODES_U, rest[p].curvature, sizeof rest[p].curvature);
         memcpy(to->rest_rate + MODES_V, rest[p].strain_rate, sizeof rest[p].strain_rate);
         memcpy(to->rest_rate + MODES_U, rest[p].curvature_rate, sizeof rest[p].curvature_rate);
-        if (!m->has_given && p >= m->hinges * (m->stages + 1)) { /* hinges have no extent */
+        if (m->feed.mode >= 0) { /* with the mode that feeds 0 */
+            const double straight[MODES_STRAINS] = {0, 0, 1, 0, 0, 0};
+            memcpy(to->origin, straight, sizeof straight);
+            memset(to->rest_rate, 0, sizeof to->rest_rate);             /* of the material */
+        } else if (!m->has_given && p >= m->hinges * (m->stages + 1)) { /* hinges have no extent */
             memcpy(to->origin, to->rest, sizeof to->origin);
         }
     }
@@ -138,6 +142,18 @@ static ad_status give_start(modes *m, ad_error *error)
 
 ad_status modes_at(modes *m, double t, const double *inputs, ad_error *error)
 {
+    double given[SCENE_PARAMETERS_MAX];
+    if (m->feed.input < 0) {
+        return modes_give(m, t, inputs, error);
+    }
+    memcpy(given, inputs, (size_t)m->inputs * sizeof *inputs);
+    m->feed.command = inputs[m->feed.input];
+    given[m->feed.input] = m->feed.out;
+    return modes_give(m, t, given, error);
+}
+
+ad_status modes_give(modes *m, double t, const double *inputs, ad_error *error)
+{
     const bool time_moved = t != m->time;
     const size_t count = (size_t)m->inputs;
     const bool input_moved = count > 0 && memcmp(m->input, inputs, count * sizeof *inputs) != 0;
@@ -161,6 +177,10 @@ ad_status modes_at(modes *m, double t, const double *inputs, ad_error *error)
     due[SOLVE_JUMPS] &= m->rod->jumps.count > 0;
     if (m->hinges > 0 && !m->has_given) {
         status = give_upright(m, error);
+    }
+    if (status == AD_OK && m->feed.mode >= 0 && m->feed.input < 0) {
+        const double s = 0;
+        status = part(m, SOLVE_FEED, 1, &s, m->feed.wanted, error);
     }
     if (status == AD_OK && due[SOLVE_SECTIONS]) {
         status = give_sections(m, error);
@@ -256,7 +276,7 @@ ad_status modes_set_ranges(modes *m, const double *low, const double *high, ad_e
     for (int i = 0; i < SOLVE_PARTS && status == AD_OK; i++) {
         const solve_part_kind kind = solve_rod_part_kind(m->rod, (solve_part)i);
         const bool single = i == SOLVE_START || i == SOLVE_JUMPS;
-        const bool counts = i != SOLVE_INITIAL && i != SOLVE_END;
+        const bool counts = i != SOLVE_INITIAL && i != SOLVE_END && i != SOLVE_FEED;
         bool met;
         if (kind.width > 0 && kind.by_parameters && !kind.by_t && counts) {
             status = find_affine(m, (solve_part)i, single ? 1 : (size_t)m->points,
@@ -274,6 +294,9 @@ ad_status modes_by_inputs(modes *m, double t, const double *q, const double *v, 
     const bool moves = solve_rod_part_kind(m->rod, SOLVE_START).by_parameters;
     ad_status status = AD_OK;
     memcpy(inputs, m->input, (size_t)m->inputs * sizeof *inputs);
+    if (m->feed.input >= 0) {
+        inputs[m->feed.input] = m->feed.command;
+    }
     for (int k = 0; k < m->inputs && status == AD_OK; k++) {
         for (int side = 0; side < 2 && status == AD_OK; side++) {
             const double sign = side ? 1 : -1, by = 2 * m->input_step[k];

@@ -38,6 +38,13 @@ typedef struct modes_point {
     double turned_rate[3], turned_second[3];         /* R u_t, R u_tt */
     double turning[3];                               /* w x R v */
 
+    /* of a rod that is fed (modes_feed.c), where s moves along it */
+    double carry, carry_rate; /* s_t of what is there, and its s_tt */
+    double along_slope[3], curve_rate[3], curve[3], curve_slope[3]; /* R v_s, R u_t, R u, R u_s */
+    double own_spin[3], own_velocity[3], own_spin_rate[3], own_acceleration[3];
+    double own_rate[MODES_STRAINS]; /* of the strain of what is there */
+    double is_carried;              /* 1: these hold for it; 0: it stays at its s */
+
     /* found, by modes_forces */
     double force[3], moment[3];   /* that act here, inertia among them */
     double carried[2][3];         /* times what each changes of R v and R u here: their work */
@@ -50,6 +57,10 @@ typedef struct modes_point {
 /* As laws of motion see it. */
 static inline inertia_motion modes_section(const modes_point *at)
 {
+    if (at->is_carried != 0) {
+        return (inertia_motion){(const double(*)[3])at->R, at->own_velocity, at->own_spin,
+                                at->own_acceleration, at->own_spin_rate};
+    }
     return (inertia_motion){(const double(*)[3])at->R, at->velocity, at->spin, at->acceleration,
                             at->spin_rate};
 }
@@ -65,6 +76,11 @@ enum { MODES_ROWS = 12, MODES_ROOM = 600 };
 typedef struct modes_mode {
     int strain, degree, first_element, last_element;
 } modes_mode;
+
+static inline const double *modes_strain_rate(const modes_point *at)
+{
+    return at->is_carried != 0 ? at->own_rate : at->rate;
+}
 
 static inline void strain_beyond_rest(const modes_point *at, double off[MODES_STRAINS])
 {
@@ -120,8 +136,23 @@ struct modes {
 
     /* rows [width] of matrices, of a change of each mode */
     double *theta, *rho; /* [points][3]: turn, displacement */
-    double *mass;        /* [width] */
-    double *room;        /* work of modes_matrix.c */
+    struct modes_feed {
+        int mode;    /* of the state: growth of what is out of the port, less 1; -1: none is fed */
+        int input;   /* that it follows; -1: a given function of t */
+        double to;   /* s up to which the rod grows */
+        double lag;  /* feed_time */
+        double from; /* the input where the growth is 1; and by how much that is more where the */
+        double unit; /* mode is 1 */
+        double command, out; /* the input as it is given, and what formulas are given */
+        double now[3];       /* the mode and its rates by t as they are; of the last */
+        double second;       /* what the state has of it */
+        double wanted[3];    /* the same of a given function of t */
+        double *slope;       /* [points][width] of `value` along s */
+        double *trial;       /* [4][size] */
+        double *q;           /* [size] as they are */
+    } feed;
+    double *mass; /* [width] */
+    double *room; /* work of modes_matrix.c */
 };
 
 /* Where the rod is and how it moves with modes q, rates v and accelerations a [size] (NULL: 0). */
@@ -211,8 +242,29 @@ void modes_kinematics_start(const modes *m, kinematics *kinematics);
 ad_status modes_fit_seen(modes *m, size_t count, const solve_seen *seen, double *q, double *v,
                          ad_error *error);
 
-/* Time and inputs, for all that follows; AD_NOT_FINITE. */
+/* Time and inputs, for all that follows; AD_NOT_FINITE. Inputs are those of formulas in the second,
+ * where modes_at gives the command of what is fed. */
 ad_status modes_at(modes *m, double t, const double *inputs, ad_error *error);
+ad_status modes_give(modes *m, double t, const double *inputs, ad_error *error);
+
+/* ---- what is fed through a port (modes_feed.c) ---- */
+
+/* Which mode it is, and where, of a scene that says so; AD_BAD_ARGUMENT: what is not taken beside.
+ */
+ad_status modes_feed_create(modes *m, ad_error *error);
+
+/* The formulas where so much is out as the mode says; not numbers where that is nothing. */
+void modes_feed_give(modes *m, const double *q, const double *v, const double *a);
+
+/* Motion of what is at the points of an element; the residual of the mode; what the mode changes of
+ * residual, derivatives and mass. */
+void modes_feed_carry(modes *m, int e, const double *q);
+double modes_feed_residual(const modes *m);
+void modes_feed_derivatives(modes *m, const double *q, const double *v, const double *a,
+                            double *by_q, double *by_v);
+
+/* The power by which the port feeds, beyond what holds the rod there. */
+double modes_feed_power(const modes *m);
 
 /* Of the shape and forces as they are. */
 solve_energy modes_energy_now(const modes *m); /* kinetic and strain alone */

@@ -176,6 +176,90 @@ PROCESSOR_INLINE void change_motion(modes *m, int e, changes *changes)
            (size_t)(6 * width) * sizeof(double));
 }
 
+/* ---- of a rod that is fed ------------------------------------------------------------------- */
+
+/* Four columns of a point, at a held mode of the feed: what is there by what is at its s. */
+typedef struct carried {
+    quad theta[3], spin[3], along[3], curve[3]; /* along, curve: of R v and R u */
+    quad own[2][3], slope[2][3];                /* R e P and R e P_s of v and of u */
+} carried;
+
+/* Of c (2 R u_t + w x k) + s_tt k + c^2 R u_s: by q, and by q_t. */
+PROCESSOR_INLINE void turn_carried(const modes_point *at, const carried *x, quad to[2][3])
+{
+    quad once[3] = {{0}}, twice[3] = {{0}}, by_rate[3] = {{0}};
+    add_crossed(x->theta, at->turned_rate, once);
+    add_crossed(x->theta, at->turned_rate, once);
+    add_crossed(x->spin, at->curve, once);
+    add_cross(at->spin, x->curve, once);
+    add_scaled(at->carry, once, to[0]);
+    add_scaled(at->carry_rate, x->curve, to[0]);
+    add_crossed(x->theta, at->curve_slope, twice);
+    add_scaled(1, x->slope[1], twice);
+    add_scaled(at->carry * at->carry, twice, to[0]);
+    add_scaled(2, x->own[1], by_rate);
+    add_crossed(x->theta, at->curve, by_rate);
+    add_scaled(at->carry, by_rate, to[1]);
+}
+
+/* Of 2 c (w x p + R v_t) + s_tt p + c^2 (k x p + R v_s). */
+PROCESSOR_INLINE void push_carried(const modes_point *at, const carried *x, quad to[2][3])
+{
+    quad once[3] = {{0}}, twice[3] = {{0}}, by_rate[3] = {{0}};
+    add_crossed(x->spin, at->along, once);
+    add_cross(at->spin, x->along, once);
+    add_crossed(x->theta, at->along_rate, once);
+    add_scaled(2 * at->carry, once, to[0]);
+    add_scaled(at->carry_rate, x->along, to[0]);
+    add_crossed(x->curve, at->along, twice);
+    add_cross(at->curve, x->along, twice);
+    add_crossed(x->theta, at->along_slope, twice);
+    add_scaled(1, x->slope[0], twice);
+    add_scaled(at->carry * at->carry, twice, to[0]);
+    add_scaled(1, x->own[0], by_rate);
+    add_crossed(x->theta, at->along, by_rate);
+    add_scaled(2 * at->carry, by_rate, to[1]);
+}
+
+/* Of what is at the points of an element, in place of what is at their s (modes_feed.c). */
+PROCESSOR_INLINE void change_carried(modes *m, int e, changes *changes)
+{
+    const int n = m->stages, width = m->width, first = e * (n + 1);
+    double *slopes = changes->rate;
+    for (int i = 0; i < n && m->point[first].is_carried != 0; i++) {
+        const modes_point *at = &m->point[first + i];
+        slope_rows(m, e, first + i, width, slopes);
+        for (int c = 0; c < m->element[e].width; c += QUAD) {
+            carried x;
+            quad spin[3], velocity[3], second[2][3], push[2][3];
+            load_rows(m->theta + (first + i) * 3 * width + c, width, x.theta);
+            load_rows(changes->spin + i * 3 * width + c, width, x.spin);
+            load_rows(changes->velocity + i * 3 * width + c, width, velocity);
+            for (int k = 0; k < 2; k++) {
+                load_rows(changes->own + (i * 6 + 3 * k) * width + c, width, x.own[k]);
+                load_rows(slopes + 3 * k * width + c, width, x.slope[k]);
+                load_rows(changes->spin_rate + (i * 6 + 3 * k) * width + c, width, second[k]);
+                load_rows(changes->acceleration + (i * 6 + 3 * k) * width + c, width, push[k]);
+            }
+            memcpy(x.along, x.own[0], sizeof x.along);
+            memcpy(x.curve, x.own[1], sizeof x.curve);
+            memcpy(spin, x.spin, sizeof spin);
+            add_crossed(x.theta, at->along, x.along);
+            add_crossed(x.theta, at->curve, x.curve);
+            add_scaled(at->carry, x.curve, spin);
+            add_scaled(at->carry, x.along, velocity);
+            turn_carried(at, &x, second);
+            push_carried(at, &x, push);
+            store_rows(spin, width, changes->spin + i * 3 * width + c);
+            store_rows(velocity, width, changes->velocity + i * 3 * width + c);
+            for (int k = 0; k < 2; k++) {
+                store_rows(second[k], width, changes->spin_rate + (i * 6 + 3 * k) * width + c);
+                store_rows(push[k], width, changes->acceleration + (i * 6 + 3 * k) * width + c);
+            }
+        }
+    }
+}
+
 /* ---- derivatives of forces at points ------------------------------------------------------- */
 
 /* What a point needs of itself: what resists its motion, and what acts. */
@@ -204,7 +288,8 @@ static void find_acting(const modes *m, int p, local *local)
         local->of = NULL;
     }
     if (local->of) {
-        acting_differentiate(local->of, numbers, (acting_on){at->r, at->q, at->velocity},
+        acting_differentiate(local->of, numbers,
+                             (acting_on){at->r, at->q, modes_section(at).velocity},
                              along ? at->weight : 1, &local->acting);
     }
 }
@@ -337,7 +422,8 @@ PROCESSOR_INLINE void differentiate_stress(const modes *m, int p, double by[2][L
         memcpy(by[0], m->pull_by[p], sizeof by[0]);
     }
     number_law_elastic(off, off + MODES_U, at->stiffness, stress, by[0]);
-    number_law_damping(at->rate, at->rate + MODES_U, at->damping, stress, by[1]);
+    const double *rate = modes_strain_rate(at);
+    number_law_damping(rate, rate + MODES_U, at->damping, stress, by[1]);
 }
 
 /* Rows [6][width] of a point: R^T (changed - theta x carried), by q and by q_t. */
@@ -368,13 +454,18 @@ PROCESSOR_INLINE void subtract_stress(const modes *m, int e, int p, double *to)
 {
     const modes_element *element = &m->element[e];
     const double *value = m->value + p * m->width, weight = m->point[p].weight;
+    const double *slope = m->feed.slope + p * m->width, carried = m->point[p].carry;
+    const bool fed = m->point[p].is_carried != 0;
+    const double grown = fed ? m->feed.now[1] / (1 + m->feed.now[0]) : 0;
     double by[2][LAW_STIFFNESS];
     differentiate_stress(m, p, by);
     for (int a = element->own; a < element->end; a++) {
         const int own = m->mode[a].strain;
         for (int c = m->is_coupled ? 0 : own; c < (m->is_coupled ? MODES_STRAINS : own + 1); c++) {
             double *row = to + (c / 3 * 6 + c % 3) * m->width + a;
-            row[0] -= weight * value[a] * by[0][law_entry(c, own)];
+            row[0] -= weight * (value[a] * by[0][law_entry(c, own)] +
+                                (fed ? carried * slope[a] - grown * value[a] : 0) *
+                                    by[1][law_entry(c, own)]);
             row[3 * m->width] -= weight * value[a] * by[1][law_entry(c, own)];
         }
     }
@@ -446,6 +537,9 @@ FOR_EACH_PROCESSOR static void find_derivatives(modes *m, double *by_q, double *
     memset(by_v, 0, (size_t)(m->size * width) * sizeof *by_v);
     for (int e = 0; e < m->elements; e++) {
         change_motion(m, e, &x);
+        if (m->feed.mode >= 0) {
+            change_carried(m, e, &x);
+        }
         change_forces(m, e, &x);
     }
     double *forces = x.rate, *moments = x.spin_rate, *beyond = x.edge, *sections = x.spin;
@@ -474,4 +568,7 @@ void modes_linearise(modes *m, const double *q, const double *v, const double *a
     modes_forces(m, true, residual);
     modes_mass(m);
     modes_derivatives(m, by_q, by_v);
+    if (m->feed.mode >= 0) {
+        modes_feed_derivatives(m, q, v, a, by_q, by_v);
+    }
 }

@@ -75,19 +75,31 @@ PROCESSOR_INLINE void integrate_rows(const modes *m, int e, int length, const do
     }
 }
 
-/* R e P of each own mode of v, u: [2][3] rows, zeros elsewhere. */
-PROCESSOR_INLINE void own_rows(const modes *m, int e, int p, int width, double *rows)
+/* R e P of each own mode of v, u: [2][3] rows, zeros elsewhere; values [points][width] of P. */
+PROCESSOR_INLINE void rows_of(const modes *m, const double *values, int e, int p, int width,
+                              double *rows)
 {
     const modes_element *element = &m->element[e];
     const modes_point *at = &m->point[p];
     memset(rows, 0, (size_t)(6 * width) * sizeof *rows);
     for (int a = element->own; a < element->end; a++) {
         const int c = m->mode[a].strain;
-        const double value = m->value[p * m->width + a];
+        const double value = values[p * m->width + a];
         for (int k = 0; k < 3; k++) {
             rows[(c / 3 * 3 + k) * width + a] = value * at->R[k][c % 3];
         }
     }
+}
+
+PROCESSOR_INLINE void own_rows(const modes *m, int e, int p, int width, double *rows)
+{
+    rows_of(m, m->value, e, p, width, rows);
+}
+
+/* The same of slopes of P along s. */
+PROCESSOR_INLINE void slope_rows(const modes *m, int e, int p, int width, double *rows)
+{
+    rows_of(m, m->feed.slope, e, p, width, rows);
 }
 
 #endif

@@ -98,7 +98,7 @@ FOR_EACH_PROCESSOR static void rotate(const modes *m, const modes_place *at, dou
 
 static void sample(const modes *m, const modes_place *at, solve_state *out)
 {
-    double R[3][3], spin[3] = {0}, force[3] = {0}, moment[3] = {0}, start_spin[3];
+    double R[3][3], spin[3] = {0}, force[3] = {0}, moment[3] = {0}, start_spin[3], carry = 0;
     const int e = at->element;
     const modes_point *point = m->point + e * (m->stages + 1), *before = point - 1;
     memset(out, 0, sizeof *out);
@@ -115,6 +115,7 @@ static void sample(const modes *m, const modes_place *at, solve_state *out)
             out->position[k] += by * x->along[k];
             out->velocity[k] += by * (x->turning[k] + x->along_rate[k]);
             spin[k] += by * x->turned_rate[k];
+            carry += k == 0 ? value * x->carry : 0;
             out->strain[k] += value * x->strain[MODES_V + k];
             out->curvature[k] += value * x->strain[MODES_U + k];
             force[k] += value * x->carried[0][k] / x->weight;
@@ -123,6 +124,14 @@ static void sample(const modes *m, const modes_place *at, solve_state *out)
     }
     rotation_matrix(out->rotation, R);
     to_body(R, spin, out->spin);
+    if (m->feed.mode >= 0) { /* of what is there */
+        double along[3];
+        to_world(R, out->strain, along);
+        for (int k = 0; k < 3; k++) {
+            out->velocity[k] += carry * along[k];
+            out->spin[k] += carry * out->curvature[k];
+        }
+    }
     to_body(R, force, out->force);
     to_body(R, moment, out->moment);
 }

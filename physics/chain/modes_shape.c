@@ -20,9 +20,10 @@ static void strain_points(modes *m, int e, const double *q, const double *v, con
         memset(at->second, 0, sizeof at->second);
         for (int k = element->own; k < element->end; k++) {
             const int c = m->mode[k].strain;
-            at->strain[c] += value[k] * q[k];
-            at->rate[c] += value[k] * v[k];
-            at->second[c] += a ? value[k] * a[k] : 0;
+            const bool fed = k == m->feed.mode;
+            at->strain[c] += value[k] * (fed ? m->feed.now[0] : q[k]);
+            at->rate[c] += value[k] * (fed ? m->feed.now[1] : v[k]);
+            at->second[c] += fed ? value[k] * m->feed.now[2] : a ? value[k] * a[k] : 0;
         }
     }
 }
@@ -146,6 +147,9 @@ void modes_shape(modes *m, const double *q, const double *v, const double *a)
     const solve_end_state *start = &m->start;
     motion_of_edge edge;
     double turn[4], R[3][3];
+    if (m->feed.mode >= 0) {
+        modes_feed_give(m, q, v, a);
+    }
     memcpy(turn, start->rotation, sizeof turn);
     rotation_matrix(turn, R);
     memcpy(edge.r, start->position, sizeof edge.r);
@@ -157,6 +161,9 @@ void modes_shape(modes *m, const double *q, const double *v, const double *a)
         strain_points(m, e, q, v, a);
         turn_points(m, e, turn);
         move_element(m, e, &edge);
+        if (m->feed.mode >= 0) {
+            modes_feed_carry(m, e, q);
+        }
     }
 }
 
@@ -242,7 +249,8 @@ static void stress_points(modes *m, int e, bool derive)
         double off[MODES_STRAINS], stress[MODES_STRAINS] = {0};
         strain_beyond_rest(at, off);
         number_law_elastic_wrench(off, off + MODES_U, at->stiffness, stress);
-        number_law_damping_wrench(at->rate, at->rate + MODES_U, at->damping, stress);
+        const double *rate = modes_strain_rate(at);
+        number_law_damping_wrench(rate, rate + MODES_U, at->damping, stress);
         for (int c = 0; c < MODES_STRAINS; c++) {
             at->stress[c] = stress[c] + at->pull[c] + at->law[c];
         }
@@ -270,7 +278,7 @@ static void add_loads(modes_point *at)
 /* The section at a point. */
 static acting_on section_of(const modes_point *at)
 {
-    return (acting_on){at->r, at->q, at->velocity};
+    return (acting_on){at->r, at->q, modes_section(at).velocity};
 }
 
 static void add_wrench(const acting *of, const double *numbers, double weight, modes_point *at)
@@ -372,6 +380,9 @@ void modes_forces(modes *m, bool derive, double *residual)
         m->base[0][k] = -beyond[0][k];
         m->base[1][k] = -beyond[1][k];
     }
+    if (m->feed.mode >= 0) {
+        residual[m->feed.mode] = modes_feed_residual(m);
+    }
 }
 
 /* ---- energy -------------------------------------------------------------------------------- */
@@ -412,8 +423,9 @@ static void add_power(const acting *of, const double *numbers, double weight, co
         double wrench[6] = {0};
         if (of->kinds & kind) {
             acting_wrench(of, numbers, section_of(at), kind, weight, wrench);
+            const inertia_motion moving = modes_section(at);
             const double power =
-                vector_dot(wrench, at->velocity) + vector_dot(wrench + 3, at->spin);
+                vector_dot(wrench, moving.velocity) + vector_dot(wrench + 3, moving.spin);
             *(i ? dissipation : load) += i ? -power : power;
         }
     }
@@ -428,6 +440,7 @@ void modes_power_now(const modes *m, double *load, double *dissipation)
     rotation_matrix(q, R);
     to_world(R, m->start.spin, spin);
     *load = vector_dot(m->base[0], m->start.velocity) + vector_dot(m->base[1], spin);
+    *load += m->feed.mode >= 0 ? modes_feed_power(m) : 0;
     *dissipation = 0;
     for (int k = 0; k < jumps->count; k++) {
         if (m->jump_at[k] >= 0) {
@@ -437,18 +450,20 @@ void modes_power_now(const modes *m, double *load, double *dissipation)
     }
     for (int p = 0; p < m->points; p++) {
         const modes_point *at = &m->point[p];
-        *load += vector_dot(at->dead, at->velocity) + vector_dot(at->dead + 3, at->spin);
+        const inertia_motion moving = modes_section(at);
+        const double *rate = modes_strain_rate(at);
+        *load += vector_dot(at->dead, moving.velocity) + vector_dot(at->dead + 3, moving.spin);
         if ((along->kinds & ~ACTING_DEAD) && at->weight > 0) {
             add_power(along, m->along + p * along->numbers, at->weight, at, load, dissipation);
         }
         double off[MODES_STRAINS], elastic[MODES_STRAINS] = {0}, viscous[MODES_STRAINS] = {0};
         strain_beyond_rest(at, off);
         number_law_elastic_wrench(off, off + MODES_U, at->stiffness, elastic);
-        number_law_damping_wrench(at->rate, at->rate + MODES_U, at->damping, viscous);
+        number_law_damping_wrench(rate, rate + MODES_U, at->damping, viscous);
         for (int c = 0; c < MODES_STRAINS && at->weight > 0; c++) {
-            *dissipation += at->weight * viscous[c] * at->rate[c];
-            *load -= at->weight *
-                     ((elastic[c] + at->law[c]) * at->rest_rate[c] + at->pull[c] * at->rate[c]);
+            *dissipation += at->weight * viscous[c] * rate[c];
+            *load -=
+                at->weight * ((elastic[c] + at->law[c]) * at->rest_rate[c] + at->pull[c] * rate[c]);
         }
     }
 }

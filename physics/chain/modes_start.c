@@ -97,6 +97,29 @@ static double point_off(const modes_point *at, const solve_initial *given, bool 
     return size;
 }
 
+/* The mode of what is fed is not sought: its column and row of a matrix [size rows of width]. */
+static void leave_feed(const modes *m, double *matrix, double *right)
+{
+    const int feed = m->feed.mode;
+    for (int a = 0; a < m->size && feed >= 0; a++) {
+        matrix[a * m->width + feed] = matrix[feed * m->width + a] = a == feed;
+    }
+    if (feed >= 0) {
+        right[feed] = 0;
+    }
+}
+
+/* As much as is out at the present time and inputs. */
+static void begin_feed(const modes *m, double *q, double *v)
+{
+    const struct modes_feed *feed = &m->feed;
+    if (feed->mode >= 0) {
+        const bool follows = feed->input >= 0;
+        q[feed->mode] = follows ? (feed->command - feed->from) / feed->unit : feed->wanted[0];
+        v[feed->mode] = follows ? 0 : feed->wanted[1];
+    }
+}
+
 /* The normal equations of the points' `off`; returns the largest. */
 static double normal_equations(modes *m, const solve_initial *given, bool moving, double *matrix,
                                double *right)
@@ -117,6 +140,7 @@ static double normal_equations(modes *m, const solve_initial *given, bool moving
             add_row(m, weight * (k < 3 ? 1 : MODES_TURN), row, off[k], matrix, right);
         }
     }
+    leave_feed(m, matrix, right);
     return most;
 }
 
@@ -133,6 +157,9 @@ static bool fit_rates(modes *m, const solve_initial *given, const double *q, dou
     if (normal_equations(m, given, true, matrix, right) > 0) {
         done = solve_positive(m, matrix, right);
         memcpy(v, right, (size_t)n * sizeof *v);
+    }
+    if (m->feed.mode >= 0) { /* it slides along its shape */
+        v[m->feed.mode] = m->feed.input < 0 ? m->feed.wanted[1] : 0;
     }
     return done;
 }
@@ -174,19 +201,25 @@ static ad_status fit(modes *m, const solve_initial *given, double *q, double *v,
 void modes_project(const modes *m, const double (*strains)[MODES_STRAINS], double *q)
 {
     double *size = m->room;
+    const double fed = m->feed.mode >= 0 ? q[m->feed.mode] : 0;
     memset(q, 0, (size_t)m->size * sizeof *q);
     memset(size, 0, (size_t)m->size * sizeof *size);
     for (int p = 0; p < m->points; p++) {
         const modes_point *at = &m->point[p];
+        const double of_feed = m->feed.mode >= 0 ? m->value[p * m->width + m->feed.mode] : 0;
         for (int a = 0; a < m->size && at->weight > 0; a++) {
             const double value = at->weight * m->value[p * m->width + a];
             const int c = m->mode[a].strain;
-            q[a] += value * (strains[p][c] - at->origin[c]);
+            const double off = c == MODES_V + 2 ? fed * of_feed : 0;
+            q[a] += value * (strains[p][c] - at->origin[c] - off);
             size[a] += value * m->value[p * m->width + a];
         }
     }
     for (int a = 0; a < m->size; a++) {
         q[a] /= size[a] > 0 ? size[a] : 1;
+    }
+    if (m->feed.mode >= 0) {
+        q[m->feed.mode] = fed;
     }
 }
 
@@ -220,8 +253,16 @@ ad_status modes_initial(modes *m, double *q, double *v, ad_error *error)
     solve_initial *given = calloc(3 * n, sizeof *given);
     double *s = malloc((2 + MODES_STRAINS) * n * sizeof *s), *distance = s + n;
     double(*strains)[MODES_STRAINS] = (double(*)[MODES_STRAINS])(s + 2 * n);
-    ad_status status = given && s ? modes_at(m, 0, m->input, error)
-                                  : ad_fail(error, AD_NO_MEMORY, "out of memory for a start");
+    ad_status status =
+        given && s ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a start");
+    double inputs[SCENE_PARAMETERS_MAX];
+    if (status == AD_OK) {
+        memcpy(inputs, m->input, (size_t)m->inputs * sizeof *inputs);
+        if (m->feed.input >= 0) {
+            inputs[m->feed.input] = m->feed.out = m->feed.command;
+        }
+        status = modes_at(m, 0, inputs, error);
+    }
     for (int side = 0; side < 3 && status == AD_OK; side++) { /* there, before, behind */
         for (size_t p = 0; p < n; p++) {
             const double off = step * m->element[p / ((size_t)m->stages + 1)].length;
@@ -233,6 +274,7 @@ ad_status modes_initial(modes *m, double *q, double *v, ad_error *error)
     }
     if (status == AD_OK) {
         strains_between(m, given + n, given + 2 * n, distance, strains);
+        begin_feed(m, q, v);
         modes_project(m, (const double(*)[MODES_STRAINS])strains, q);
         status = fit(m, given, q, v, error);
     }
@@ -290,6 +332,7 @@ static bool is_stable(const modes *m, const modes_linear *linear)
             linear->factor[at] = 0.5 * (linear->by_q[at] + linear->by_q[j * m->width + i]);
         }
     }
+    leave_feed(m, linear->factor, linear->residual);
     return solve_positive(m, linear->factor, linear->residual);
 }
 
@@ -329,13 +372,26 @@ ad_status modes_initial_settled(modes *m, const double *settled_at, const double
 
 bool modes_accelerations(modes *m, const double *q, const double *v, double *a)
 {
+    const int feed = m->feed.mode;
+    double *given = m->feed.trial, driven = 0; /* an acceleration that does not depend on others */
     modes_shape(m, q, v, NULL);
+    if (feed >= 0) {
+        driven = -modes_feed_residual(m);
+        memset(given, 0, (size_t)m->size * sizeof *given);
+        given[feed] = driven;
+        modes_shape(m, q, v, given);
+    }
     modes_forces(m, false, a);
     modes_mass(m);
     for (int k = 0; k < m->size; k++) {
         a[k] = -a[k];
     }
-    return solve_positive(m, m->mass, a);
+    leave_feed(m, m->mass, a);
+    const bool done = solve_positive(m, m->mass, a);
+    if (feed >= 0) {
+        a[feed] = driven;
+    }
+    return done;
 }
 
 /* Rows around a place, whose polynomial goes through them: strains are derivatives of it. */

@@ -3,6 +3,7 @@
 #include "autodiff/dense.h"
 #include "physics/chain/modes_internal.h"
 #include "physics/chain/modes_step.h"
+#include "physics/scene/support.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -44,6 +45,22 @@ struct reduced_rod {
 
 /* ---- making -------------------------------------------------------------------------------- */
 
+/* Places are seen where they are at usual inputs: what differs has to be a mode. */
+static ad_status check_lengths(const scene *open, ad_error *error)
+{
+    char text[sizeof error->message];
+    for (int k = 0; k < open->parameter_count && !(open->feed.to > 0); k++) {
+        if (quantity_depends_on(open->place, open->parameters[k].name)) {
+            support_sentence(support_feature_find("a length or place with a range"),
+                             SUPPORT_ONE_STEP, text, sizeof text);
+            return ad_fail(error, AD_BAD_ARGUMENT,
+                           "%s; what comes out of a port may follow a parameter by rod.feed_time",
+                           text);
+        }
+    }
+    return AD_OK;
+}
+
 static ad_status create_model(reduced_rod *rod, const reduced_settings *settings, ad_error *error)
 {
     const scene *open = &rod->open;
@@ -59,8 +76,12 @@ static ad_status create_model(reduced_rod *rod, const reduced_settings *settings
         low[k] = open->parameters[k].low;
         high[k] = open->parameters[k].high;
     }
-    ad_status status = count > 0 ? solve_rod_create_open(open, &parameters, &rod->rod, error)
-                                 : solve_rod_create(open, &rod->rod, error);
+    ad_status status = check_lengths(open, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    status = count > 0 ? solve_rod_create_open(open, &parameters, &rod->rod, error)
+                       : solve_rod_create(open, &rod->rod, error);
     if (status == AD_OK) {
         status = modes_create(rod->rod, count > 0 ? &parameters : NULL, &counts, 0, &rod->m, error);
     }
@@ -262,6 +283,10 @@ static ad_status differentiate(reduced_rod *rod, double t, bool by_inputs, ad_er
     ad_status status = AD_OK;
     memcpy(rod->mass, m->mass, (size_t)(n * width) * sizeof *rod->mass); /* its factor */
     modes_linearise(m, rod->q, rod->v, rod->a, rod->residual, rod->by_q, rod->by_v);
+    const int feed = m->feed.mode; /* its acceleration moves the others */
+    for (int r = 0; r < n && feed >= 0; r++) {
+        rod->start[r] = r == feed ? 0 : m->mass[r * width + feed];
+    }
     if (wanted > 2 * n) {
         status =
             modes_by_inputs(m, t / rod->rod->scales.time, rod->q, rod->v, rod->a, rod->room, error);
@@ -271,6 +296,9 @@ static ad_status differentiate(reduced_rod *rod, double t, bool by_inputs, ad_er
             rod->residual[r] = -(c < n       ? rod->by_q[r * width + c]
                                  : c < 2 * n ? rod->by_v[r * width + c - n]
                                              : rod->room[r * m->inputs + c - 2 * n]);
+        }
+        for (int r = 0; r < n && feed >= 0; r++) {
+            rod->residual[r] -= rod->start[r] * rod->residual[feed];
         }
         modes_solve_factored(m, rod->mass, rod->residual);
         for (int r = 0; r < n; r++) {

@@ -254,7 +254,8 @@ static const scene_parameter *rest_depends(const scene *open, int from, int to)
             return &open->parameters[k];
         }
     }
-    for (int i = 0; i < 3 && counts; i++) {
+    const bool straight = open->place.is_given && scene_rests_straight(open);
+    for (int i = 0; i < 3 && counts && !straight; i++) {
         for (int k = from; k < to; k++) {
             if (quantity_any_depends_on(3, shapes[i], open->parameters[k].name)) {
                 return &open->parameters[k];
@@ -270,7 +271,7 @@ const char *scene_common_key(const scene *open, bool to_be_found, const scene_pa
     for (int i = 0; i < scene_field_count; i++) {
         const scene_field *field = &scene_fields[i];
         const quantity *q = scene_field_of(open, field);
-        const bool maps = !to_be_found && !scene_is_beam(open) && !scene_is_dynamic(open);
+        const bool maps = !to_be_found && !scene_is_beam(open);
         bool common = field->rule == SCENE_ONE_NUMBER || (field->rule == SCENE_PLACE && !maps) ||
                       (field->rule == SCENE_LENGTH && (!maps || open->unknown_count > 0)) ||
                       (field->rule == SCENE_EACH_NUMBER && scene_is_beam(open));
@@ -286,20 +287,6 @@ const char *scene_common_key(const scene *open, bool to_be_found, const scene_pa
     return *which ? "rod.rest" : NULL;
 }
 
-/* Lengths and places follow their ranges in what is at rest. */
-static ad_status check_places(const scene *family, const char **key, ad_error *error)
-{
-    const int feature = support_feature_find("a length or place with a range");
-    const char *found = scene_is_dynamic(family) ? support_key(family, feature) : NULL;
-    char sentence[sizeof error->message];
-    if (!found) {
-        return AD_OK;
-    }
-    *key = found;
-    support_sentence(feature, SUPPORT_MIXED_MOTION, sentence, sizeof sentence);
-    return ad_fail(error, AD_BAD_INPUT, "%s", sentence);
-}
-
 /* What all members have to have in common; what measurements are placed by is no unknown. */
 static ad_status check_common(const scene *family, const char **key, ad_error *error)
 {
@@ -308,11 +295,7 @@ static ad_status check_common(const scene *family, const char **key, ad_error *e
         const char *key;
     } extents[] = {{scene_whole_length(family), "rod.length"}, {family->duration, "time.duration"}};
     const scene_parameter *which = NULL;
-    ad_status status = check_places(family, key, error);
-    const char *common = status == AD_OK ? scene_common_key(family, false, &which) : NULL;
-    if (status != AD_OK) {
-        return status;
-    }
+    const char *common = scene_common_key(family, false, &which);
     if (family->unknown_count > 0 && family->rod.inserted.is_given) {
         *key = "rod.inserted";
         return ad_fail(error, AD_BAD_INPUT,

@@ -45,12 +45,14 @@ ad_status scene_check_extent(const scene_checker *check)
                        "or segments alone",
                        length, sum);
     }
-    if (given->rod.inserted.is_given &&
-        !(given->rod.inserted.number <= (1 + PLACE_ROUNDING) * length)) {
+    const scene_range out = given->rod.inserted.is_given
+                                ? scene_check_range(check, given->rod.inserted)
+                                : (scene_range){0, 0};
+    if (!(out.high <= (1 + PLACE_ROUNDING) * length)) {
         *check->key = "rod.inserted";
         return ad_fail(check->error, AD_BAD_INPUT,
-                       "is %.10g m of a rod of %.10g m; allowed: up to its length",
-                       given->rod.inserted.number, length);
+                       "is %.10g m of a rod of %.10g m; allowed: up to its length", out.high,
+                       length);
     }
     return AD_OK;
 }

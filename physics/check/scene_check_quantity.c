@@ -4,6 +4,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 /* Whether it may depend on s or t; if it may not, what to say. */
 typedef struct rule_row {
@@ -21,7 +22,7 @@ static rule_row rule_of(const scene *given, const scene_field *field)
     case SCENE_EACH_NUMBER:
     case SCENE_LENGTH:
     case SCENE_PLACE:
-        return (rule_row){false, false, one, one};
+        return (rule_row){false, strcmp(field->key, "rod.inserted") == 0, one, one};
     case SCENE_ALONG:
         return (rule_row){true, false, NULL,
                           "depends on t, but it may not change with time; allowed: a formula of s"};

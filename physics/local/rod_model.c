@@ -22,6 +22,7 @@ typedef struct solve_functions {
     formula *along;     /* NULL: none */
     formula *jumps;     /* NULL: none */
     formula *growth;    /* NULL: none */
+    formula *feed;      /* NULL: none */
     const scene *open;  /* with open names; NULL: none */
     const solve_parameters *parameters;
     bool changes; /* parts are derivatives of what they are, by each parameter */
@@ -196,6 +197,12 @@ static ad_status record(solve_rod *rod, ad_error *error)
     }
     if (status == AD_OK && context.scene->rod.growth.is_given) {
         status = add_formula(rod, &on, SOLVE_GROWTH, rod_growth(&context), &f->growth, error);
+    }
+    if (status == AD_OK && context.scene->feed.by == SCENE_FED_IN_TIME) {
+        const ad_value growth = rod_growth(&context), one = ad_scalar(tape, 1);
+        const ad_value feed = STACK(ad_sub(growth, one), rod_time_derivative(&context, growth, 1),
+                                    rod_time_derivative(&context, growth, 2));
+        status = add_formula(rod, &on, SOLVE_FEED, feed, &f->feed, error);
     }
     ad_tape_free(tape);
     return status;
@@ -380,6 +387,7 @@ void solve_rod_free(solve_rod *rod)
         solve_formula_free(f->along);
         solve_formula_free(f->jumps);
         solve_formula_free(f->growth);
+        solve_formula_free(f->feed);
         ad_pool_free(f->pool);
         solve_quadrature_free(rod->quadrature);
         free(f);
@@ -417,6 +425,7 @@ static formula *formula_of(const solve_functions *f, solve_part part)
     return part == SOLVE_JUMPS       ? f->jumps
            : part == SOLVE_ACTUATORS ? f->actuators
            : part == SOLVE_ALONG     ? f->along
+           : part == SOLVE_FEED      ? f->feed
            : part == SOLVE_GROWTH    ? f->growth
                                      : f->all[part];
 }

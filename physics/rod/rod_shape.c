@@ -463,6 +463,17 @@ bool rod_turn_is_doubtful(const scene *rod_scene, double turn[3])
     return ends[1]->rotation[0].is_given && !round && (q[0] < 0 || angle > SHAPE_DOUBT);
 }
 
+/* A straight rod whose lengths differ from member to member: where s is on the rod as written. */
+static rod_pose shape_straight(const rod_context *rod, ad_value s)
+{
+    const ad_value zero = ad_scalar(rod->tape, 0);
+    const ad_value far = ad_sub(rod_quantity(rod, rod->scene->place, s, zero),
+                                rod_quantity(rod, rod->scene->place, zero, zero));
+    const ad_value along = ad_scale(far, 1 / rod->scales.length);
+    return (rod_pose){.position = ad_stack(3, (ad_value[]){zero, zero, along}),
+                      .rotation = ad_constant(rod->tape, 4, (const double[]){1, 0, 0, 0})};
+}
+
 /* Relative to the anchor's pose (r_e, q_e) at t = 0, with p = q_e q(e)^-1:
  * q(s) = p q(s), r(s) = r_e + R(p) (r(s) - r(e)). */
 rod_pose rod_undeformed(const rod_context *rod, ad_value s)
@@ -479,8 +490,12 @@ rod_pose rod_undeformed(const rod_context *rod, ad_value s)
     position = rod_from_world(rod, position);
     rotation = rod_rotation_from_world(rod, rotation);
     shape made;
-    shape_make(rod->scene, &made);
-    const rod_pose poses[2] = {shape_at(&made, s), shape_at(&made, at)};
+    const bool straight = rod->scene->place.is_given && scene_rests_straight(rod->scene);
+    if (!straight) {
+        shape_make(rod->scene, &made);
+    }
+    const rod_pose poses[2] = {straight ? shape_straight(rod, s) : shape_at(&made, s),
+                               straight ? shape_straight(rod, at) : shape_at(&made, at)};
     ad_value turn = ad_quaternion_multiply(rotation, ad_quaternion_conjugate(poses[1].rotation));
     ad_value from_anchor = ad_sub(poses[0].position, poses[1].position);
     rod_pose pose = {.position = ad_add(position, ad_rotate(turn, from_anchor)),

@@ -80,6 +80,9 @@ typedef struct scene_rod {
     scene_model model;
     quantity length;   /* m, > 0; a number */
     quantity inserted; /* m, > 0, up to the length; not given: all of it. Only for scene_map. */
+    quantity feed_time; /* s, > 0, a number; in motion, of an `inserted` that is a parameter. What
+                         * has come out, I, follows this command u by feed_time^2 I_tt + 2 feed_time
+                         * I_t + I = u, without overshoot */
     quantity growth;   /* m of the rod for each m of s, of s; not given: 1. Only of scene_map. */
 
     /* Sizes of the section; of s. */
@@ -345,8 +348,17 @@ typedef struct scene_parameter {
     scene_scale scale;
 } scene_parameter;
 
+/* A rod that moves through its port, made by scene_map: s from 0 to `to` is what is out of it up to
+ * the first place that anything is at, and grows and shrinks. */
+enum { SCENE_FED_IN_TIME = -1 };
+typedef struct scene_feed {
+    double to; /* m; 0: it does not */
+    int by;    /* the parameter that it follows, or SCENE_FED_IN_TIME */
+} scene_feed;
+
 typedef struct scene {
     quantity place; /* where s is on the rod as it was written, m, of s; not given: at s */
+    scene_feed feed;
     scene_rod rod;  /* of segments its length may be left out: then it is their sum */
     scene_loads loads;
     int segment_count, point_count, body_count, spring_count, tendon_count, chamber_count,
@@ -423,10 +435,12 @@ bool scene_uses(const scene *rod_scene, const char *name);
  * key to blame: places that change their order within the ranges. */
 ad_status scene_map(const scene *given, scene *mapped, const char **key, ad_error *error);
 
-/* Where s is on a member with these values, on the scene itself if that has no parameters; s where
- * it is not mapped. And of a scene of numbers growth at s, else 1. */
-double scene_place_at(const scene *rod_scene, const double *values, double s);
-double scene_growth_at(const scene *rod_scene, double s);
+/* Where s is at t on a member with these values, on the scene itself if that has no parameters; s
+ * where it is not mapped. Which s is at a place of a scene of numbers whose lengths are those of
+ * the middle, or that is fed in time. And of a scene of numbers growth at s and t, else 1. */
+double scene_place_at(const scene *rod_scene, const double *values, double s, double t);
+double scene_at_place(const scene *rod_scene, double place, double t);
+double scene_growth_at(const scene *rod_scene, double s, double t);
 
 /* The value of a parameter at a fraction of its range, 0 to 1, by its scale, and back. */
 double scene_parameter_at(const scene_parameter *parameter, double fraction);
@@ -478,6 +492,9 @@ typedef struct scene_rest {
 } scene_rest;
 
 scene_rest scene_rest_of(const scene *rod_scene);
+
+/* Whether the unstressed rod is straight and as long as it is written, by numbers. */
+bool scene_rests_straight(const scene *rod_scene);
 
 /* The rod in pieces: its segments, or all of it as one. `rod` has all that holds for the piece,
  * `turn` is 0 for the first. */

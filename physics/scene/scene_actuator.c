@@ -54,9 +54,9 @@ static bool inserts(const scene *family, int index)
         values[i] = scene_parameter_at(&family->parameters[i], 0.5);
     }
     values[index] = family->parameters[index].low;
-    const double port = scene_place_at(family, values, 0);
+    const double port = scene_place_at(family, values, 0, 0);
     values[index] = family->parameters[index].high;
-    return scene_place_at(family, values, 0) != port ||
+    return scene_place_at(family, values, 0, 0) != port ||
            quantity_depends_on(family->rod.inserted, family->parameters[index].name);
 }
 

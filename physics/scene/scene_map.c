@@ -19,6 +19,7 @@ typedef struct knot {
 
 typedef struct mapping {
     const scene *given;
+    double time; /* s, at which places are */
     scene middle;
     knot knots[KNOTS_MAX]; /* ascending, from where the rod is held to its tip */
     int count, known;
@@ -38,21 +39,28 @@ quantity scene_grown(quantity q, quantity growth, int power)
     return power > 0 ? quantity_multiply(q, growth) : quantity_divide(q, growth);
 }
 
-double scene_place_at(const scene *rod_scene, const double *values, double s)
+double scene_place_at(const scene *rod_scene, const double *values, double s, double t)
 {
     const char *names[SCENE_PARAMETERS_MAX];
     for (int i = 0; i < rod_scene->parameter_count; i++) {
         names[i] = rod_scene->parameters[i].name;
     }
     return rod_scene->place.is_given
-               ? quantity_value_with(rod_scene->place, s, 0,
+               ? quantity_value_with(rod_scene->place, s, t,
                                      values ? rod_scene->parameter_count : 0, names, values)
                : s;
 }
 
-double scene_growth_at(const scene *rod_scene, double s)
+double scene_at_place(const scene *rod_scene, double place, double t)
 {
-    return rod_scene->rod.growth.is_given ? quantity_value(rod_scene->rod.growth, s, 0) : 1;
+    const double to = rod_scene->feed.to, port = scene_place_at(rod_scene, NULL, 0, t);
+    const double end = scene_place_at(rod_scene, NULL, to, t);
+    return place < end ? to * (place - port) / (end - port) : place - end + to;
+}
+
+double scene_growth_at(const scene *rod_scene, double s, double t)
+{
+    return rod_scene->rod.growth.is_given ? quantity_value(rod_scene->rod.growth, s, t) : 1;
 }
 
 /* ---- places -------------------------------------------------------------------------------- */
@@ -62,10 +70,10 @@ static bool is_place(const scene_field *field)
     return field->rule == SCENE_LENGTH || field->rule == SCENE_PLACE;
 }
 
-/* Whether it is an own number of each member. */
+/* Whether it is an own number of each member, or of each time. */
 static bool is_ranged(const scene *given, quantity q)
 {
-    bool depends = false;
+    bool depends = quantity_depends_on(q, "t");
     for (int i = 0; i < scene_known_count(given); i++) {
         depends = depends || quantity_depends_on(q, given->parameters[i].name);
     }
@@ -111,7 +119,7 @@ static double value_of(const mapping *map, quantity q, const double *fractions)
         values[map->which[i]] =
             scene_parameter_at(&map->given->parameters[map->which[i]], fractions[i]);
     }
-    return quantity_value_with(q, 0, 0, map->given->parameter_count, names, values);
+    return quantity_value_with(q, 0, map->time, map->given->parameter_count, names, values);
 }
 
 /* Corners of the ranges, if these are few, and members between; false: no more. */
@@ -209,13 +217,22 @@ static ad_status list_switches(mapping *map)
     return status;
 }
 
-/* That two neighbours in the middle are neighbours, or one place, everywhere. */
-static ad_status check_order(const mapping *map, const knot *a, const knot *b)
+static bool moves_in_time(const mapping *map)
 {
+    return quantity_depends_on(map->given->rod.inserted, "t");
+}
+
+/* That two neighbours in the middle are neighbours, or one place, everywhere. */
+static ad_status check_order(mapping *map, const knot *a, const knot *b)
+{
+    enum { TIMES = 257 };
     const bool one = b->at - a->at <= map->same;
+    const int times = moves_in_time(map) ? TIMES : 1;
     double fractions[SCENE_PARAMETERS_MAX];
-    for (int i = 0; member_at(map, i, fractions); i++) {
+    for (int i = 0; i % times > 0 || member_at(map, i / times, fractions); i++) {
+        map->time = times > 1 ? scene_duration(map->given) * (i % times) / (TIMES - 1) : 0;
         const double x = value_of(map, a->x, fractions), y = value_of(map, b->x, fractions);
+        map->time = 0;
         if (one ? fabs(y - x) > map->same : y - x <= map->same) {
             *map->key = strcmp(b->key, "rod.length") == 0 ? a->key : b->key;
             return ad_fail(map->error, AD_BAD_INPUT,
@@ -259,6 +276,77 @@ static ad_status sort_knots(mapping *map)
     }
     map->count = kept;
     return status;
+}
+
+/* ---- what moves through the port ------------------------------------------------------------ */
+
+/* The parameter that a quantity is, and nothing else; -1: none. */
+static int parameter_of(const mapping *map, quantity q)
+{
+    int found = -1, depends = 0;
+    for (int i = 0; i < scene_known_count(map->given); i++) {
+        if (quantity_depends_on(q, map->given->parameters[i].name)) {
+            found = i;
+            depends++;
+        }
+    }
+    for (int side = 0; side < 3 && depends == 1; side++) {
+        double fractions[SCENE_PARAMETERS_MAX];
+        for (int i = 0; i < map->on; i++) {
+            fractions[i] = 0.5 * side;
+        }
+        const double at = scene_parameter_at(&map->given->parameters[found], 0.5 * side);
+        depends = fabs(value_of(map, q, fractions) - at) <= map->same ? 1 : 0;
+    }
+    return depends == 1 ? found : -1;
+}
+
+/* The speed of what comes out where its formula switches. */
+static ad_status check_speed(mapping *map)
+{
+    const double duration = scene_duration(map->given), h = 1e-7 * duration;
+    const quantity out = map->given->rod.inserted;
+    scene alone = {.rod.length = quantity_number(1), .duration = map->given->duration};
+    scene_breaks breaks;
+    alone.loads.tip.force[0] = out;
+    ad_status status = scene_breaks_of(&alone, "t", &breaks, map->error);
+    for (int i = 0; i < breaks.count && status == AD_OK; i++) {
+        const double t = breaks.place[i];
+        const double before = quantity_value(out, 0, t - h) - quantity_value(out, 0, t - 2 * h);
+        const double behind = quantity_value(out, 0, t + 2 * h) - quantity_value(out, 0, t + h);
+        const double over = quantity_value(out, 0, t + h) - quantity_value(out, 0, t - h);
+        const double allowed = 1e-3 * h / duration * quantity_value(out, 0, t);
+        if (!(fabs(behind - before) <= allowed) || !(fabs(over - before - behind) <= allowed)) {
+            *map->key = "rod.inserted";
+            return ad_fail(map->error, AD_BAD_INPUT,
+                           "jumps, or its speed does, at t = %g s; allowed: a formula whose speed "
+                           "goes on, as no drive jumps",
+                           t);
+        }
+    }
+    return status;
+}
+
+/* Of a motion, after the knots are sorted. */
+static ad_status find_feed(mapping *map, scene_feed *feed)
+{
+    const bool in_time = moves_in_time(map);
+    const int parameter = parameter_of(map, map->given->rod.inserted);
+    const bool follows = map->given->rod.feed_time.is_given && parameter >= 0;
+    *feed = (scene_feed){0};
+    if (!scene_is_dynamic(map->given) || !(in_time || follows)) {
+        return AD_OK;
+    }
+    for (int i = 1; i < map->count; i++) {
+        if (is_ranged(map->given, map->knots[i].x)) {
+            *map->key = map->knots[i].key;
+            return ad_fail(map->error, AD_BAD_INPUT,
+                           "has a range in a rod that moves through its port; allowed: one number");
+        }
+    }
+    feed->to = map->knots[1].at - map->knots[0].at;
+    feed->by = in_time ? SCENE_FED_IN_TIME : parameter;
+    return in_time ? check_speed(map) : AD_OK;
 }
 
 /* ---- along the other s --------------------------------------------------------------------- */
@@ -387,10 +475,11 @@ ad_status scene_map(const scene *given, scene *mapped, const char **key, ad_erro
         mapped->rod.growth = grows ? growth : (quantity){.is_given = false};
         rewrite(map, mapped);
         drop_behind(map, mapped);
+        status = find_feed(map, &mapped->feed);
         if (!grows && map->knots[0].at <= 0) {
             mapped->place = (quantity){.is_given = false};
         }
-        status = quantity_check(mapped->place, error);
+        status = status == AD_OK ? quantity_check(mapped->place, error) : status;
     }
     free(map);
     return status;

@@ -26,7 +26,12 @@
       "all of it",                                                                                 \
       "Length that has come out of a port, the tip first: the rod is held where s is its length "  \
       "less this. What is behind lies straight and does nothing; tendons pull from the port on. "  \
-      "s, places and tables still count along the whole rod.")
+      "s, places and tables still count along the whole rod. In motion a formula of t, with a "    \
+      "speed that does not jump, or a parameter with feed_time.")                                  \
+    X("rod.feed_time", 1, rod.feed_time, EXTENT, ONE_NUMBER, POSITIVE, SCALAR, WORLD, "s",         \
+      NOTHING, NULL,                                                                               \
+      "In motion, of an `inserted` that is a parameter: how fast the drive follows it. What has "  \
+      "come out goes to the command u by feed_time^2 I_tt + 2 feed_time I_t + I = u.")
 
 #define SCENE_MATTER_ROWS(X, of, in)                                                                       \
     X(of "section.radius", 1, in radius, ROD, ALONG, POSITIVE, SCALAR, WORLD, "m", NOTHING,      \

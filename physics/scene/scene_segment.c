@@ -186,6 +186,22 @@ scene_rest scene_rod_rest(const scene_rod *rod)
     return rest;
 }
 
+bool scene_rests_straight(const scene *rod_scene)
+{
+    bool straight = true;
+    for (int i = 0; i < scene_pieces(rod_scene) && straight; i++) {
+        const scene_piece piece = scene_piece_of(rod_scene, i);
+        const scene_rod *rod = &piece.rod;
+        straight = !quantity_any_something(3, rod->rest_curvature) &&
+                   !quantity_any_something(3, rod->imperfection);
+        for (int k = 0; k < 3; k++) {
+            straight = straight && piece.turn[k] == 0 &&
+                       (!rod->rest_strain[k].is_given || quantity_is(rod->rest_strain[k], k == 2));
+        }
+    }
+    return straight;
+}
+
 scene_rest scene_rest_of(const scene *rod_scene)
 {
     scene_rest pieces[SCENE_SEGMENTS_MAX], joined;

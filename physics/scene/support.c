@@ -388,7 +388,25 @@ static const char *ranged_place(const scene *scene)
             }
         }
     }
-    return scene->rod.growth.is_given ? "parameters" : NULL;
+    return scene->rod.growth.is_given && !(scene->feed.to > 0) ? "parameters" : NULL;
+}
+
+/* In motion, by a formula of t; or by a parameter, which a drive follows. */
+static const char *fed_in_time(const scene *scene)
+{
+    const bool moves =
+        scene->feed.by == SCENE_FED_IN_TIME || quantity_depends_on(scene->rod.inserted, "t");
+    return scene_is_dynamic(scene) && moves ? "rod.inserted" : NULL;
+}
+
+static const char *fed_by_input(const scene *scene)
+{
+    bool follows = scene->feed.to > 0 && scene->feed.by >= 0;
+    for (int k = 0; k < scene_known_count(scene); k++) {
+        follows |= quantity_depends_on(scene->rod.inserted, scene->parameters[k].name);
+    }
+    return scene_is_dynamic(scene) && scene->rod.feed_time.is_given && follows ? "rod.feed_time"
+                                                                               : NULL;
 }
 
 static const char *mapped_tubes(const scene *scene)
@@ -517,6 +535,12 @@ static const feature_row features[] = {
      "ooooo oo yyyy yy y", NULL},
     {"a material with a Maxwell branch", NULL, branches,
      "ooooo oo xxxx yx x", NULL},
+    {"a length or place with a range", NULL, ranged_place,
+     "yxxyy yy xxxx yy x", NULL},
+    {"a rod that moves through its port by a formula", NULL, fed_in_time,
+     "mmmmm mm xxxx xy m", at_rest},
+    {"a rod that moves through its port by an input", NULL, fed_by_input,
+     "oxxoo oo xxxx yy y", NULL},
     {"a rod that shears without rotary inertia", NULL, shears_freely,
      "ooooo oo yyyx xx x", NULL},
     {"a rod without shear and rotary inertia", NULL, turns_freely,
@@ -531,8 +555,6 @@ static const feature_row features[] = {
      "yyymm oo yyym oo o", "its shapes meet the conditions exactly"},
     {"a parameter with a range", NULL, ranged,
      "yyyyy yy yyyx yy y", NULL},
-    {"a length or place with a range", NULL, ranged_place,
-     "yxxyy yy xxxx xx x", NULL},
     {"a play of an input", NULL, remembers,
      "xxxyx yy yyyy yy m", at_rest},
     {"a parameter to be identified", NULL, unknown,

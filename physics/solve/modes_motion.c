@@ -244,6 +244,9 @@ static bool add_modes(const modes_solution *solution, double tolerance, modes_co
     bool more = false;
     for (size_t i = 0; i < solution->times.count; i++) {
         for (int a = solution->times.aside[i] ? m->size : m->hinges; a < m->size; a++) {
+            if (a == m->feed.mode) {
+                continue;
+            }
             const modes_mode *mode = &m->mode[a];
             const int c = mode->strain, k = mode->degree + 1;
             const double q = fabs(solution->states[i * 2 * (size_t)m->size + (size_t)a]);

@@ -288,6 +288,34 @@ static ad_status check_lists(control_settings *settings, double length, char key
     return status;
 }
 
+/* What a rod that moves through its port shows: up to the first place that anything is at, no place
+ * stays where it is on the rod. */
+static ad_status check_fed(const control_settings *settings, const scene *rod_scene,
+                           char key[TRAIN_KEY_MAX], ad_error *error)
+{
+    const double to = rod_scene->feed.to, beyond = (1 - 1e-9) * to;
+    ad_status status = AD_OK;
+    if (to > 0 && settings->track_at < beyond) {
+        status = blame(key, error, "track.at", -1, "",
+                       "is on what the port lets out; allowed: the tip, or beyond what is on it");
+    }
+    for (int i = 0; i < settings->measurement_count + settings->limit_count && to > 0; i++) {
+        const int k = i - settings->measurement_count;
+        const control_measurement *m = &settings->measurements[k < 0 ? i : 0];
+        const bool strains =
+            k < 0 && (m->what == OBSERVATION_CURVATURE || m->what == OBSERVATION_STRAIN);
+        const double at = k < 0 ? m->at : settings->limits[k].at;
+        const bool strain_limit = k >= 0 && (settings->limits[k].what == OBSERVATION_CURVATURE ||
+                                             settings->limits[k].what == OBSERVATION_STRAIN);
+        if (status == AD_OK && (at < beyond || ((strains || strain_limit) && at <= to))) {
+            status = blame(key, error, k < 0 ? "measurements" : "constraints", k < 0 ? i : k, "at",
+                           "is on what the port lets out; allowed: the tip, but for strains, or "
+                           "beyond what is on the rod");
+        }
+    }
+    return status;
+}
+
 /* Of the length, what a place may be off its path by where the scene does not say. */
 static const double RMS = 0.02, WORST = 0.05;
 
@@ -309,6 +337,7 @@ ad_status control_settings_resolve(control_settings *settings, const surrogate_s
                  : status;
     status = status == AD_OK ? check_task(settings, length, key, error) : status;
     status = status == AD_OK ? check_lists(settings, length, key, error) : status;
+    status = status == AD_OK ? check_fed(settings, rod_scene, key, error) : status;
     settings->period = isnan(settings->period) ? model->step : settings->period;
     settings->tolerance_rms =
         isnan(settings->tolerance_rms) ? RMS * length : settings->tolerance_rms;

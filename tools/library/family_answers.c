@@ -249,7 +249,7 @@ static ad_status put_curvature(const cpinn_family *family, const solution *found
         status = solution_evaluate(found, COLUMNS, nodes, s, NULL, values, error);
     }
     for (size_t i = 0; i < 3 * nodes && status == AD_OK; i++) {
-        const double growth = one->rod.growth.is_given ? scene_growth_at(one, s[i / 3]) : 1;
+        const double growth = one->rod.growth.is_given ? scene_growth_at(one, s[i / 3], 0) : 1;
         curvature[i] = growth * values[(FIRST + i % 3) * nodes + i / 3];
     }
     free(s);

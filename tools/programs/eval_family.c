@@ -241,7 +241,7 @@ static void print_answer(const eval_family *eval)
     }
     putchar('\n');
     for (size_t i = 0; i < p->count; i++) {
-        printf("%12.6g", MM * scene_place_at(p->of, p->parameters, p->s[i]));
+        printf("%12.6g", MM * scene_place_at(p->of, p->parameters, p->s[i], 0));
         if (eval->family->t) {
             printf("%12.6g", p->t[i]);
         }

@@ -70,7 +70,7 @@ static ad_status check_point(const char *path, const table_file *table, size_t r
 static ad_status take_points(samples *p, const char *path, const table_file *table,
                              const scene *scene, double until, ad_error *error)
 {
-    const double *s, *t = NULL, held = scene_place_at(scene, NULL, 0); /* tables count from there */
+    const double *s, *t = NULL, length = scene_length(scene);
     bool dynamic = scene_is_dynamic(scene);
     size_t rows = table_rows(table);
     ad_status status = table_find(table, "s", TABLE_FINITE, &s, error);
@@ -89,9 +89,10 @@ static ad_status take_points(samples *p, const char *path, const table_file *tab
     }
     status = samples_make(p, rows, error);
     for (size_t i = 0; i < rows && status == AD_OK; i++) {
-        p->s[i] = s[i] - held;
         p->t[i] = t ? t[i] : 0;
-        status = check_point(path, table, i, "s", s[i], held, held + scene_length(scene), error);
+        p->s[i] = scene_at_place(scene, s[i], p->t[i]);
+        status = check_point(path, table, i, "s", s[i], scene_place_at(scene, NULL, 0, p->t[i]),
+                             scene_place_at(scene, NULL, length, p->t[i]), error);
         if (status == AD_OK && dynamic) {
             status = check_point(path, table, i, "t", t[i], 0, until, error);
         }
@@ -211,8 +212,8 @@ static const double *values_of(const samples *p, size_t member)
 static double number(const samples *p, int which, size_t row)
 {
     const size_t member = row / p->count, point = row % p->count;
-    return which == MEMBER    ? (double)member + 1
-           : which == PLACE   ? scene_place_at(p->of, values_of(p, member), p->s[point])
+    return which == MEMBER  ? (double)member + 1
+           : which == PLACE ? scene_place_at(p->of, values_of(p, member), p->s[point], p->t[point])
            : which == INSTANT ? p->t[point]
            : which == ERROR   ? p->said[member].error
            : which == TRUSTED ? p->said[member].trusted
