@@ -35,7 +35,8 @@ typedef struct reduced_settings {
 } reduced_settings;
 
 /* At one place. The order is that of the rows of derivatives. Of a rod that moves through its port
- * (scene_feed) velocities are those of s, which is the material's from feed.to on, as at the tip. */
+ * (scene_feed) velocities are those of s, which is the material's from feed.to on, as at the tip.
+ */
 typedef struct reduced_place {
     double position[3]; /* m, world */
     double rotation[4]; /* unit, body to world; a turn that goes on changes it continuously */

@@ -167,8 +167,8 @@ typedef enum solve_part {
     SOLVE_ACTUATORS, /* solve_actuator */
     SOLVE_JUMPS,     /* numbers of what acts at places */
     SOLVE_ALONG,     /* numbers of what acts along it */
-    SOLVE_FEED,      /* growth less 1 and its two rates by t where a rod is fed in time; else none */
-    SOLVE_GROWTH,    /* one number, of what is mapped (scene_map); else no formula, of width 0 */
+    SOLVE_FEED,   /* growth less 1 and its two rates by t where a rod is fed in time; else none */
+    SOLVE_GROWTH, /* one number, of what is mapped (scene_map); else no formula, of width 0 */
     SOLVE_PARTS
 } solve_part;
 

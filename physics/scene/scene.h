@@ -78,12 +78,12 @@ typedef enum scene_state { SCENE_STATE_LIST(SCENE_ENUM) } scene_state;
 
 typedef struct scene_rod {
     scene_model model;
-    quantity length;   /* m, > 0; a number */
-    quantity inserted; /* m, > 0, up to the length; not given: all of it. Only for scene_map. */
+    quantity length;    /* m, > 0; a number */
+    quantity inserted;  /* m, > 0, up to the length; not given: all of it. Only for scene_map. */
     quantity feed_time; /* s, > 0, a number; in motion, of an `inserted` that is a parameter. What
                          * has come out, I, follows this command u by feed_time^2 I_tt + 2 feed_time
                          * I_t + I = u, without overshoot */
-    quantity growth;   /* m of the rod for each m of s, of s; not given: 1. Only of scene_map. */
+    quantity growth;    /* m of the rod for each m of s, of s; not given: 1. Only of scene_map. */
 
     /* Sizes of the section; of s. */
     scene_section section;
@@ -359,7 +359,7 @@ typedef struct scene_feed {
 typedef struct scene {
     quantity place; /* where s is on the rod as it was written, m, of s; not given: at s */
     scene_feed feed;
-    scene_rod rod;  /* of segments its length may be left out: then it is their sum */
+    scene_rod rod; /* of segments its length may be left out: then it is their sum */
     scene_loads loads;
     int segment_count, point_count, body_count, spring_count, tendon_count, chamber_count,
         tube_count;

@@ -391,7 +391,8 @@ ad_status solution_evaluate(const solution *solution, int columns, size_t points
             values[(size_t)c * points + i] = states[i * width + (size_t)c] * units[c] + 0.0;
         }
         for (int c = 7; c < columns && c < 13 && grows; c++) { /* v, u by metres as written */
-            values[(size_t)c * points + i] /= scene_growth_at(&solution->rod->scene, s[i], t ? t[i] : 0);
+            values[(size_t)c * points + i] /=
+                scene_growth_at(&solution->rod->scene, s[i], t ? t[i] : 0);
         }
     }
     free(scaled);
