@@ -155,14 +155,15 @@ ad_status collocation_once(collocation *collocation, double t, double h, const d
 size_t collocation_derivative_room(const collocation *collocation)
 {
     const size_t n = (size_t)collocation->size, all = (size_t)collocation->by.rule.stages * n;
-    return all * (all + 2 * n + (size_t)collocation->m->inputs) +
+    return all * (all + 2 * n + 2 * (size_t)collocation->m->inputs) +
            n * (size_t)collocation->m->inputs;
 }
 
-/* Beside the matrix: minus the derivatives of the residual by q, v, inputs. */
+/* Beside the matrix: minus the derivatives of the residual by q, v, inputs, ends of some. */
 static ad_status derivative_rows(collocation *collocation, int i, double t, double h,
-                                 const double *inputs, const double *q, const double *v,
-                                 int columns, double *rows, double *by_inputs, ad_error *error)
+                                 const double *inputs, collocation_ends ends, const double *q,
+                                 const double *v, int columns, double *rows, double *by_inputs,
+                                 ad_error *error)
 {
     modes *m = collocation->m;
     const int n = collocation->size, width = m->width, all = collocation->by.rule.stages * n;
@@ -182,23 +183,28 @@ static ad_status derivative_rows(collocation *collocation, int i, double t, doub
         for (int k = 0; k < m->inputs; k++) {
             row[2 * n + k] = -by_inputs[r * m->inputs + k];
         }
+        for (int k = 0; k < ends.count; k++) {
+            row[2 * n + m->inputs + k] =
+                -collocation->by.rule.nodes[i] * by_inputs[r * m->inputs + ends.first + k];
+        }
     }
     return status;
 }
 
 ad_status collocation_derivatives(collocation *collocation, double t, double h,
-                                  const double *inputs, const double *after, const double *q,
-                                  const double *v, double *room, double *by, ad_error *error)
+                                  const double *inputs, const double *after, collocation_ends ends,
+                                  const double *q, const double *v, double *room, double *by,
+                                  ad_error *error)
 {
     const collocation_method *method = &collocation->by;
     const int n = collocation->size, all = method->rule.stages * n,
-              wanted = 2 * n + collocation->m->inputs;
+              wanted = 2 * n + collocation->m->inputs + ends.count;
     const int columns = all + wanted;
     double *by_inputs = room + all * columns;
     ad_status status = AD_OK;
     collocation->after = after;
     for (int i = 0; i < method->rule.stages && status == AD_OK; i++) {
-        status = derivative_rows(collocation, i, t, h, inputs, q, v, columns,
+        status = derivative_rows(collocation, i, t, h, inputs, ends, q, v, columns,
                                  room + i * n * columns, by_inputs, error);
     }
     collocation->after = NULL;

@@ -44,12 +44,18 @@ ad_status collocation_once(collocation *collocation, double t, double h, const d
                            const double *after, double tolerance, double *q, double *v,
                            ad_error *error);
 
-/* After it, with q, v of its start: derivatives [2 size][2 size + inputs] of q, v at its end by
- * q, v, inputs (of both ends together); exact ones of the method's equations. room
- * [collocation_derivative_room]. */
+/* Inputs of which the values after a step count by themselves: so many from the first on. */
+typedef struct collocation_ends {
+    int first, count;
+} collocation_ends;
+
+/* After it, with q, v of its start: derivatives [2 size][2 size + inputs + ends.count] of q, v at
+ * its end by q, v, inputs (of both ends together), and of `ends` by those after the step alone;
+ * exact ones of the method's equations. room [collocation_derivative_room]. */
 ad_status collocation_derivatives(collocation *collocation, double t, double h,
-                                  const double *inputs, const double *after, const double *q,
-                                  const double *v, double *room, double *by, ad_error *error);
+                                  const double *inputs, const double *after, collocation_ends ends,
+                                  const double *q, const double *v, double *room, double *by,
+                                  ad_error *error);
 size_t collocation_derivative_room(const collocation *collocation);
 
 collocation_counts collocation_counts_of(const collocation *collocation);

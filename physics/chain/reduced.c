@@ -3,6 +3,7 @@
 #include "autodiff/dense.h"
 #include "physics/chain/modes_internal.h"
 #include "physics/chain/modes_step.h"
+#include "physics/scene/scene_memory.h"
 #include "physics/scene/support.h"
 
 #include <math.h>
@@ -39,6 +40,7 @@ struct reduced_rod {
     double *room;        /* of the derivatives of a step */
     double *seen;        /* [count][KINEMATICS_SEEN] */
     double *look_room;
+    double *change[2]; /* [memory_count + inputs][inputs] of inputs before and after a step */
     double *memory;
     int *pivots; /* [size] */
 };
@@ -120,9 +122,12 @@ static ad_status allocate(reduced_rod *rod, ad_error *error)
     const modes *m = rod->m;
     const size_t n = (size_t)m->size, width = (size_t)m->width, inputs = (size_t)m->inputs;
     const size_t square = (n + QUAD) * width;
-    double **const parts[] = {&rod->unit,  &rod->q,    &rod->v,        &rod->a,  &rod->residual,
-                              &rod->start, &rod->by_q, &rod->by_v,     &rod->by, &rod->mass,
-                              &rod->room,  &rod->seen, &rod->look_room};
+    const size_t changes =
+        rod->open.memory_count > 0 ? ((size_t)rod->open.memory_count + inputs) * inputs : 0;
+    double **const parts[] = {&rod->unit,      &rod->q,         &rod->v,        &rod->a,
+                              &rod->residual,  &rod->start,     &rod->by_q,     &rod->by_v,
+                              &rod->by,        &rod->mass,      &rod->room,     &rod->seen,
+                              &rod->look_room, &rod->change[0], &rod->change[1]};
     const size_t sizes[] = {2 * n,
                             n,
                             n,
@@ -131,11 +136,13 @@ static ad_status allocate(reduced_rod *rod, ad_error *error)
                             2 * n,
                             square,
                             square,
-                            2 * n * (2 * n + inputs),
+                            2 * n * (2 * n + 2 * inputs),
                             square,
                             collocation_derivative_room(rod->step),
                             KINEMATICS_SEEN * (size_t)rod->count,
-                            kinematics_room(&rod->look)};
+                            kinematics_room(&rod->look),
+                            changes,
+                            changes};
     size_t all = 0;
     for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
         all += sizes[i];
@@ -343,21 +350,34 @@ ad_status reduced_step(reduced_rod *rod, double t, double h, const double *state
     return reduced_step_linear(rod, t, h, state, inputs, NULL, next, by_state, by_inputs, error);
 }
 
-ad_status reduced_step_linear(reduced_rod *rod, double t, double h, const double *state,
-                              const double *inputs, const double *after, double *next,
-                              double *by_state, double *by_inputs, ad_error *error)
+/* To rod->q, rod->v; derivatives by states, inputs and, by themselves, ends of states of memory in
+ * rod->by [.][2 n + inputs + memory_count], in the model's units. */
+static ad_status step_linear(reduced_rod *rod, double t, double h, const double *state,
+                             const double *inputs, const double *after, bool differs, int memory,
+                             ad_error *error)
 {
-    const int n = rod->m->size, count = rod->m->inputs, wanted = 2 * n + count;
+    const int n = rod->m->size;
     const double time = rod->rod->scales.time;
+    const collocation_ends ends = {scene_given_count(&rod->open), memory};
     take_state(rod, state);
     memcpy(rod->start, rod->q, (size_t)n * sizeof *rod->q);
     memcpy(rod->start + n, rod->v, (size_t)n * sizeof *rod->v);
     ad_status status = collocation_once(rod->step, t / time, h / time, inputs, after, rod->newton,
                                         rod->q, rod->v, error);
-    if (status == AD_OK && (by_state || by_inputs)) {
-        status = collocation_derivatives(rod->step, t / time, h / time, inputs, after, rod->start,
-                                         rod->start + n, rod->room, rod->by, error);
+    if (status == AD_OK && differs) {
+        status = collocation_derivatives(rod->step, t / time, h / time, inputs, after, ends,
+                                         rod->start, rod->start + n, rod->room, rod->by, error);
     }
+    return status;
+}
+
+ad_status reduced_step_linear(reduced_rod *rod, double t, double h, const double *state,
+                              const double *inputs, const double *after, double *next,
+                              double *by_state, double *by_inputs, ad_error *error)
+{
+    const int n = rod->m->size, count = rod->m->inputs, wanted = 2 * n + count;
+    const ad_status status =
+        step_linear(rod, t, h, state, inputs, after, by_state || by_inputs, 0, error);
     if (status != AD_OK) {
         return status;
     }
@@ -371,6 +391,116 @@ ad_status reduced_step_linear(reduced_rod *rod, double t, double h, const double
         }
     }
     return AD_OK;
+}
+
+/* ---- inputs with a memory ------------------------------------------------------------------ */
+
+int reduced_all_states(const reduced_rod *rod)
+{
+    return 2 * rod->m->size + rod->open.memory_count;
+}
+
+void reduced_remember(const reduced_rod *rod, const double *state, double *inputs)
+{
+    memcpy(inputs + scene_given_count(&rod->open), state + 2 * rod->m->size,
+           (size_t)rod->open.memory_count * sizeof *inputs);
+}
+
+void reduced_begin(const reduced_rod *rod, double *inputs, double *state)
+{
+    scene_memory_start(&rod->open, inputs, 0, NULL);
+    memcpy(state + 2 * rod->m->size, inputs + scene_given_count(&rod->open),
+           (size_t)rod->open.memory_count * sizeof *state);
+}
+
+/* Inputs at both ends of a step with the states of memory, and how these change with their first
+ * values and with other inputs: rod->change. Of held inputs a play has moved at the beginning. */
+static void remember(reduced_rod *rod, double h, const double *state, const double *inputs,
+                     const double *after, bool differs, double *now, double *then)
+{
+    const int count = rod->m->inputs, memory = rod->open.memory_count,
+              first = scene_given_count(&rod->open), all = differs ? memory + count : 0;
+    memcpy(now, inputs, (size_t)count * sizeof *now);
+    memcpy(then, after ? after : inputs, (size_t)count * sizeof *then);
+    reduced_remember(rod, state, now);
+    for (int i = 0; i < all; i++) {
+        for (int k = 0; k < count; k++) {
+            const bool is_state = k >= first && k < first + memory;
+            rod->change[0][i * count + k] =
+                i < memory ? k == first + i : k == i - memory && !is_state;
+        }
+    }
+    memcpy(rod->change[1], rod->change[0], (size_t)(all * count) * sizeof(double));
+    scene_memory_step(&rod->open, h, now, then, all, rod->change[0], rod->change[1]);
+    for (int m = 0; m < memory && !after; m++) {
+        if (!rod->open.memory[m].lags) {
+            now[first + m] = then[first + m];
+            for (int i = 0; i < all; i++) {
+                rod->change[0][i * count + first + m] = rod->change[1][i * count + first + m];
+            }
+        }
+    }
+}
+
+/* Of row r of the next state, in the model's units: its derivative along change i. */
+static double change_by_memory(const reduced_rod *rod, int r, int i)
+{
+    const int n = rod->m->size, count = rod->m->inputs, memory = rod->open.memory_count,
+              first = scene_given_count(&rod->open);
+    const double *by = rod->by + r * (2 * n + count + memory) + 2 * n;
+    double sum = 0;
+    for (int m = 0; m < memory; m++) {
+        const double both = by[first + m], end = by[count + m];
+        sum += (both - end) * rod->change[0][i * count + first + m] +
+               end * rod->change[1][i * count + first + m];
+    }
+    return sum;
+}
+
+static void give_whole(const reduced_rod *rod, double *by_state, double *by_inputs)
+{
+    const int n = 2 * rod->m->size, count = rod->m->inputs, memory = rod->open.memory_count,
+              first = scene_given_count(&rod->open), all = n + memory;
+    for (int r = 0; r < all; r++) {
+        const double *by = rod->by + r * (n + count + memory);
+        for (int c = 0; c < all && by_state; c++) {
+            by_state[r * all + c] =
+                r >= n  ? (c < n ? 0 : rod->change[1][(c - n) * count + first + r - n])
+                : c < n ? by[c] * rod->unit[r] / rod->unit[c]
+                        : change_by_memory(rod, r, c - n) * rod->unit[r];
+        }
+        for (int c = 0; c < count && by_inputs; c++) {
+            const bool is_state = c >= first && c < first + memory;
+            const double direct = r < n && !is_state ? by[n + c] * rod->unit[r] : 0;
+            by_inputs[r * count + c] =
+                r >= n ? rod->change[1][(memory + c) * count + first + r - n]
+                       : direct + change_by_memory(rod, r, memory + c) * rod->unit[r];
+        }
+    }
+}
+
+ad_status reduced_step_whole(reduced_rod *rod, double t, double h, const double *state,
+                             const double *inputs, const double *after, double *next,
+                             double *by_state, double *by_inputs, ad_error *error)
+{
+    const bool differs = by_state || by_inputs;
+    double now[SCENE_PARAMETERS_MAX], then[SCENE_PARAMETERS_MAX];
+    if (rod->open.memory_count == 0) {
+        return reduced_step_linear(rod, t, h, state, inputs, after, next, by_state, by_inputs,
+                                   error);
+    }
+    remember(rod, h, state, inputs, after, differs, now, then);
+    const ad_status status =
+        step_linear(rod, t, h, state, now, then, differs, rod->open.memory_count, error);
+    if (status == AD_OK) {
+        give_state(rod, next);
+        memcpy(next + 2 * rod->m->size, then + scene_given_count(&rod->open),
+               (size_t)rod->open.memory_count * sizeof *next);
+    }
+    if (status == AD_OK && differs) {
+        give_whole(rod, by_state, by_inputs);
+    }
+    return status;
 }
 
 /* ---- what is seen -------------------------------------------------------------------------- */

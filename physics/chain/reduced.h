@@ -90,6 +90,21 @@ ad_status reduced_step_linear(reduced_rod *rod, double t, double h, const double
                               const double *inputs, const double *after, double *next,
                               double *by_state, double *by_inputs, ad_error *error);
 
+/* Inputs with a memory (physics/scene/scene_memory.h) have states, too: scene.memory_count of them,
+ * which a whole state has behind the others. They are inputs of all functions above.
+ * reduced_remember writes them from a whole state among inputs, and reduced_begin both among
+ * inputs and into the state as they are after inputs had been there for long. */
+int reduced_all_states(const reduced_rod *rod);
+void reduced_remember(const reduced_rod *rod, const double *state, double *inputs);
+void reduced_begin(const reduced_rod *rod, double *inputs, double *state);
+
+/* The same step of whole states, with derivatives by them; of inputs, the places of these states
+ * are not read, and by_inputs is 0 there. A play takes inputs that are held for a jump at the
+ * beginning. */
+ad_status reduced_step_whole(reduced_rod *rod, double t, double h, const double *state,
+                             const double *inputs, const double *after, double *next,
+                             double *by_state, double *by_inputs, ad_error *error);
+
 /* places [count]; by_state (or NULL) [count][12][states]: derivatives of position, turn (the
  * rotation vector in the world by which the place turns), velocity, and angular velocity in the
  * body frame. */

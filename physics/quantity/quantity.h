@@ -13,7 +13,7 @@
  *              min(a,b) max(a,b) step(x): 0 for x <= 0, else 1
  *              where(c, a, b): a where c > 0, else b
  *              within(x, a, b): x, which is not a number where it is not in [a, b]
- *              play(x, r): x with the memory of quantity_play, where names know it
+ *              play(x, r), lag(x, tau): x with the memory of quantity_play, where names know it
  *              and those that are defined by tables
  *
  * A quantity is a small value that is copied freely. A plain number needs no memory, so that what
@@ -84,17 +84,21 @@ ad_status quantities_define_table(quantities *names, const char *name, int count
 
 /* ---- memory ---------------------------------------------------------------------------------- */
 
-/* A play operator of threshold r: a state that follows x within r, as a drive of backlash 2 r does,
+/* What an input does that has a memory. A play operator of threshold r, a state that follows x
+ * within r, as a drive of backlash 2 r does (Krasnosel'skii, Pokrovskii, Systems with Hysteresis,
+ * 1989; Visintin, Differential Models of Hysteresis, 1994), and a lag of first order, as that of a
+ * motor or of a chamber that fills:
  *
- *   z = max(x - r, min(x + r, before)),
+ *   play: z = max(x - r, min(x + r, z before)), from 0 on;   lag: tau z' = x - z, from x on
  *
- * `before` the open name of what it was (Krasnosel'skii, Pokrovskii, Systems with Hysteresis, 1989;
- * Visintin, Differential Models of Hysteresis, 1994). It begins at 0. Each pair of x and r in the
- * formulas of `names` is one; who evaluates them fills `before` (physics/scene/scene_memory.h). */
+ * `name` is the open name of z in formulas. Each pair of x and r, or tau, in the formulas of
+ * `names` is one; who evaluates them says z (physics/scene/scene_memory.h). */
 typedef struct quantity_play {
-    char before[32];
-    quantity input, threshold, value; /* x, r, z */
-    double low, high;                 /* where z stays while x is that of t = 0; may be infinite */
+    char name[32];
+    bool lags;
+    quantity input, constant; /* x; r or tau */
+    quantity next;            /* z of a play by x, r, and z before under its name */
+    double low, high;         /* where z stays while x is that of t = 0; may be infinite */
 } quantity_play;
 
 enum { QUANTITY_PLAYS_MAX = 16 };

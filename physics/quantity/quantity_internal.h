@@ -97,14 +97,14 @@ quantity quantity_table_call(const quantity_table *table, quantity x);
 /* The table of that name that formulas of `names` know, NULL: none. */
 const quantity_table *quantities_table(const quantities *names, const char *name, size_t length);
 
-/* quantity_play.c: the plays of `names`, and one of these arguments. */
+/* quantity_play.c: plays and lags of `names`, and the state of one of these arguments. */
 typedef struct quantity_plays {
     bool known;
     int count;
     quantity_play play[QUANTITY_PLAYS_MAX];
 } quantity_plays;
 quantity_plays *quantities_memory(quantities *names);
-quantity quantity_play_call(quantities *names, quantity x, quantity r);
+quantity quantity_memory_call(quantities *names, bool lags, quantity x, quantity constant);
 
 /* `value` with the text of a formula as it was written. */
 quantity quantity_written(quantity as, quantity value);

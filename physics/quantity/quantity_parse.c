@@ -214,10 +214,11 @@ static quantity parse_table(quantity_parser *parser, size_t at, const quantity_t
     return parser->status == AD_OK ? parser_checked(parser, at, quantity_table_call(table, x)) : x;
 }
 
-/* play(x, r), the operation max(x - r, min(x + r, before)). */
-static quantity parse_play(quantity_parser *parser, size_t at)
+/* play(x, r), lag(x, tau): a state. */
+static quantity parse_memory(quantity_parser *parser, size_t at, bool lags)
 {
-    static const char what[] = "play takes 2 arguments in parentheses, the input and the threshold";
+    const char *what = lags ? "lag takes 2 arguments in parentheses, the input and the time"
+                            : "play takes 2 arguments in parentheses, the input and the threshold";
     quantity arguments[2];
     for (int i = 0; i < 2; i++) {
         if (!parser_accept(parser, i ? ',' : '(')) {
@@ -232,7 +233,7 @@ static quantity parse_play(quantity_parser *parser, size_t at)
         return parser_fail(parser, parser->at, what);
     }
     return parser_checked(parser, at,
-                          quantity_play_call(parser->names, arguments[0], arguments[1]));
+                          quantity_memory_call(parser->names, lags, arguments[0], arguments[1]));
 }
 
 static quantity parse_name(quantity_parser *parser)
@@ -255,8 +256,10 @@ static quantity parse_name(quantity_parser *parser)
     if (table) {
         return parse_table(parser, at, table);
     }
-    if (length == 4 && strncmp(name, "play", 4) == 0 && quantities_memory(parser->names)->known) {
-        return parse_play(parser, at);
+    const bool lags = length == 3 && strncmp(name, "lag", 3) == 0,
+               plays = length == 4 && strncmp(name, "play", 4) == 0;
+    if ((lags || plays) && quantities_memory(parser->names)->known) {
+        return parse_memory(parser, at, lags);
     }
     quantities_use(parser->names, name, length);
     quantity known = quantities_find(parser->names, name, length);

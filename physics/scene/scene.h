@@ -11,6 +11,8 @@
 #define PHYSICS_SCENE_SCENE_H
 
 #include "physics/quantity/quantity.h"
+
+#include <stdint.h>
 #include "physics/scene/scene_law.h"
 
 #include <math.h>
@@ -356,6 +358,14 @@ typedef struct scene_feed {
     int by;    /* the parameter that it follows, or SCENE_FED_IN_TIME */
 } scene_feed;
 
+/* How the state of an input with a memory goes on: physics/scene/scene_memory.h. */
+typedef struct scene_memory {
+    bool lags;      /* lag; else a play, whose */
+    quantity next;  /* state is this formula of the one before */
+    quantity input; /* of a lag, and its */
+    quantity time;  /* s */
+} scene_memory;
+
 typedef struct scene {
     quantity place; /* where s is on the rod as it was written, m, of s; not given: at s */
     scene_feed feed;
@@ -384,8 +394,9 @@ typedef struct scene {
     int unknown_count; /* of the parameters the last: each one number for all members, to be found
                         * from measurements, */
     double guess[SCENE_PARAMETERS_MAX]; /* from this value of the parameter on, within its range */
-    int memory_count; /* of those that are known the last: what plays were before, and their */
-    quantity memory[QUANTITY_PLAYS_MAX]; /* next values: physics/scene/scene_memory.h */
+    int memory_count; /* of those that are known the last: states of inputs with a memory */
+    scene_memory memory[QUANTITY_PLAYS_MAX];
+    uint64_t timed; /* parameters, by bits, on which formulas of time depend that plays became */
     scene_formulation formulation;
     scene_motion motion;
     scene_rotation rotation; /* what networks say of it in space; in a plane an angle */

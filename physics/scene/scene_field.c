@@ -225,5 +225,9 @@ bool scene_uses(const scene *rod_scene, const char *name)
         const scene_field *field = &scene_fields[i];
         any = quantity_any_depends_on(field->count, scene_field_of(rod_scene, field), name);
     }
+    for (int i = 0; i < rod_scene->memory_count && !any; i++) {
+        const scene_memory *memory = &rod_scene->memory[i];
+        any = quantity_depends_on(memory->next, name) || quantity_depends_on(memory->time, name);
+    }
     return any;
 }

@@ -107,10 +107,11 @@ static quantity states_in_time(const turns *of, const quantity *states, int from
                                                states_in_time(of, states, from, middle)});
 }
 
-/* What a play was before, as a formula of time. */
-static ad_status follow_time(const scene *moving, const quantity_play *play, quantity input,
-                             quantity value, quantity *before, ad_error *error)
+/* What a play is, as a formula of time. */
+static ad_status follow_time(scene *moving, const quantity_play *play, quantity *formula,
+                             ad_error *error)
 {
+    const quantity input = play->input, value = play->next;
     turns of = {.input = input, .names = moving->names, .duration = scene_duration(moving)};
     quantity states[TURNS_MAX], state = quantity_number(0);
     const quantity_interval span =
@@ -123,7 +124,9 @@ static ad_status follow_time(const scene *moving, const quantity_play *play, qua
     }
     bool open = false;
     for (int i = 0; i < moving->parameter_count; i++) {
-        open = open || quantity_depends_on(value, moving->parameters[i].name);
+        const bool uses = quantity_depends_on(value, moving->parameters[i].name);
+        moving->timed |= uses ? UINT64_C(1) << i : 0;
+        open = open || uses;
     }
     const int most = open ? TURNS_OPEN_MAX : TURNS_MAX;
     if (of.count < 0 || of.count > most) {
@@ -133,11 +136,11 @@ static ad_status follow_time(const scene *moving, const quantity_play *play, qua
                        most);
     }
     for (int i = 0; i < of.count; i++) {
-        state = at_instant(quantity_put(value, play->before, state), of.at[i]);
+        state = at_instant(quantity_put(value, play->name, state), of.at[i]);
         states[i] = state;
     }
-    *before = states_in_time(&of, states, 0, of.count);
-    return quantity_check(*before, error);
+    *formula = quantity_put(value, play->name, states_in_time(&of, states, 0, of.count));
+    return quantity_check(*formula, error);
 }
 
 /* ---- both ---------------------------------------------------------------------------------- */
@@ -154,7 +157,7 @@ static void put(scene *to, const char *name, quantity value)
     }
 }
 
-/* The key of the first formula that has the play. */
+/* The key of the first formula that has the state. */
 static const char *key_of(const scene *of, const char *name)
 {
     for (int i = 0; i < scene_field_count; i++) {
@@ -169,122 +172,118 @@ static const char *key_of(const scene *of, const char *name)
 static ad_status check(const scene *of, const quantity_play *play, ad_error *error)
 {
     const quantity_interval at = {0, 0};
-    if (quantity_depends_on(play->input, "s") || quantity_depends_on(play->threshold, "s")) {
+    const double low = quantity_range(play->constant, at, at).low;
+    if (quantity_depends_on(play->input, "s") || quantity_depends_on(play->constant, "s")) {
         return ad_fail(error, AD_BAD_INPUT,
-                       "has a play along the rod; allowed: plays of inputs, "
-                       "formulas of t and of parameters");
+                       "has a %s along the rod; allowed: of inputs, formulas of t and of "
+                       "parameters",
+                       play->lags ? "lag" : "play");
     }
-    if (quantity_depends_on(play->threshold, "t") ||
-        !(quantity_range(play->threshold, at, at).low >= 0)) {
+    if (quantity_depends_on(play->constant, "t") || !(play->lags ? low > 0 : low >= 0)) {
         return ad_fail(error, AD_BAD_INPUT,
-                       "has a play whose threshold changes in time, or may be "
-                       "negative; allowed: a number or a parameter >= 0");
+                       play->lags ? "has a lag whose time changes, or may be 0 or negative; "
+                                    "allowed: a number or a parameter > 0"
+                                  : "has a play whose threshold changes in time, or may be "
+                                    "negative; allowed: a number or a parameter >= 0");
+    }
+    if (play->lags && scene_is_dynamic(of) && quantity_depends_on(play->input, "t")) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "has a lag of a formula of t; allowed: of parameters, whose values are "
+                       "recorded or set");
     }
     return of->parameter_count < SCENE_PARAMETERS_MAX
                ? AD_OK
                : ad_fail(error, AD_BAD_INPUT,
-                         "has a play, whose state is one parameter too many; allowed: %d",
+                         "has a play or lag, whose state is one parameter too many; allowed: %d",
                          SCENE_PARAMETERS_MAX);
 }
 
 /* Its state becomes a parameter, before those that are to be found. */
-static void add_state(scene *to, const quantity_play *play)
+static void add_state(scene *to, const char *name, const quantity_play *play)
 {
     const int at = scene_known_count(to);
     for (int i = to->parameter_count; i > at; i--) {
         to->parameters[i] = to->parameters[i - 1];
         to->guess[i] = to->guess[i - 1];
     }
-    to->parameters[at] = (scene_parameter){play->before, play->low, play->high, SCENE_LINEAR};
+    const uint64_t below = (UINT64_C(1) << at) - 1;
+    to->timed = (to->timed & below) | (to->timed & ~below) << 1;
+    to->parameters[at] = (scene_parameter){name, play->low, play->high, SCENE_LINEAR};
     to->guess[at] = 0;
-    to->memory[to->memory_count++] = play->value;
+    to->memory[to->memory_count++] =
+        (scene_memory){play->lags, play->next, play->input, play->constant};
     to->parameter_count++;
 }
 
-ad_status scene_remember(scene *rod_scene, int count, const quantity *others, const char **key,
-                         ad_error *error)
+/* Of one play or lag, in which those within are known: a state of that name, which is kept, or the
+ * formula that it is; not given: there is none. */
+static ad_status place(scene *to, const char *name, const quantity_play *play, quantity *formula,
+                       ad_error *error)
 {
-    int play_count;
-    const quantity_play *plays = quantities_plays(rod_scene->names, &play_count);
-    quantity before[QUANTITY_PLAYS_MAX];
-    ad_status status = AD_OK;
-    for (int i = 0; i < play_count && status == AD_OK; i++) {
-        quantity input = plays[i].input, value = plays[i].value;
-        const bool beside = quantity_any_depends_on(count, others, plays[i].before);
-        *key = key_of(rod_scene, plays[i].before);
-        *key = *key || !beside ? *key : "residual.inputs";
-        if (!*key) {
-            continue;
-        }
-        status = check(rod_scene, &plays[i], error);
-        if (status != AD_OK || !scene_is_dynamic(rod_scene)) {
-            if (status == AD_OK) {
-                add_state(rod_scene, &plays[i]);
-            }
-            continue;
-        }
-        for (int k = 0; k < i; k++) { /* those within others are known */
-            input = quantity_put(input, plays[k].before, before[k]);
-            value = quantity_put(value, plays[k].before, before[k]);
-        }
-        status = follow_time(rod_scene, &plays[i], input, value, &before[i], error);
-        if (status == AD_OK) {
-            put(rod_scene, plays[i].before, before[i]);
-        }
+    const bool moves = scene_is_dynamic(to);
+    ad_status status = check(to, play, error);
+    if (status == AD_OK && moves && quantity_depends_on(play->input, "t")) {
+        return follow_time(to, play, formula, error);
+    }
+    if (status == AD_OK && play->lags && !moves) {
+        *formula = play->input; /* there it has been for long */
+        return AD_OK;
+    }
+    if (status == AD_OK) {
+        add_state(to, name, play);
+        *formula = moves ? *formula : play->next;
     }
     return status;
 }
 
-/* ---- rows ---------------------------------------------------------------------------------- */
-
-/* Values by the indices of open names. */
-typedef struct open_names {
-    int count, of[SCENE_PARAMETERS_MAX];
-    double x[QUANTITY_OPEN_MAX], along[QUANTITY_OPEN_MAX];
-} open_names;
-
-static void follow_slopes(const scene *open, open_names *names, const double *slopes, double *next)
+/* Keys of the formulas that have plays, or others that have them; NULL: none. */
+static void find_keys(const scene *of, int others, const quantity *other, int count,
+                      const quantity_play *plays, const char **keys)
 {
-    const int states = open->memory_count, first = scene_given_count(open);
-    for (int u = scene_known_count(open); u < open->parameter_count; u++) {
-        memset(names->along, 0, sizeof names->along);
-        names->along[names->of[u]] = 1;
-        for (int m = 0; m < states; m++) {
-            names->along[names->of[first + m]] = slopes[m * open->parameter_count + u];
+    for (int i = count - 1; i >= 0; i--) {
+        keys[i] = key_of(of, plays[i].name);
+        if (!keys[i] && quantity_any_depends_on(others, other, plays[i].name)) {
+            keys[i] = "residual.inputs";
         }
-        for (int m = 0; m < states; m++) {
-            next[m * open->parameter_count + u] =
-                quantity_slope_at(open->memory[m], names->count, names->x, names->along);
+        for (int k = i + 1; k < count && !keys[i]; k++) {
+            keys[i] = quantity_depends_on(plays[k].next, plays[i].name) ||
+                              quantity_depends_on(plays[k].constant, plays[i].name)
+                          ? keys[k]
+                          : NULL;
         }
     }
 }
 
-void scene_remember_path(const scene *open, size_t rows, double *parameters, double *slopes)
+ad_status scene_remember(scene *rod_scene, int others, quantity *other, const char **key,
+                         ad_error *error)
 {
-    const int count = open->parameter_count, states = open->memory_count;
-    const size_t width = (size_t)states * (size_t)count;
-    open_names names = {.count = QUANTITY_OPEN_MAX};
-    double *next = parameters + scene_given_count(open);
-    for (int i = 0; i < count; i++) {
-        names.of[i] = quantities_index(open->names, open->parameters[i].name);
-    }
-    for (int m = 0; m < states && rows > 0; m++) {
-        next[m] = 0;
-    }
-    for (size_t k = 0; slopes && k < rows * width; k++) {
-        slopes[k] = 0;
-    }
-    for (size_t row = 0; row + 1 < rows; row++) {
-        const double *at = parameters + row * (size_t)count;
-        for (int i = 0; i < count; i++) {
-            names.x[names.of[i]] = at[i];
+    int count;
+    const quantity_play *plays = quantities_plays(rod_scene->names, &count);
+    quantity formula[QUANTITY_PLAYS_MAX] = {{0}};
+    const char *keys[QUANTITY_PLAYS_MAX];
+    ad_status status = AD_OK;
+    rod_scene->timed = 0;
+    find_keys(rod_scene, others, other, count, plays, keys);
+    for (int i = 0; i < count && status == AD_OK; i++) {
+        quantity_play play = plays[i];
+        *key = keys[i];
+        if (!*key) {
+            continue;
         }
-        next += count;
-        for (int m = 0; m < states; m++) {
-            next[m] = quantity_value_at(open->memory[m], names.count, names.x);
+        for (int k = 0; k < i; k++) { /* those within others are known */
+            if (formula[k].is_given) {
+                play.input = quantity_put(play.input, plays[k].name, formula[k]);
+                play.next = quantity_put(play.next, plays[k].name, formula[k]);
+                play.constant = quantity_put(play.constant, plays[k].name, formula[k]);
+            }
         }
-        if (slopes) {
-            follow_slopes(open, &names, slopes + row * width, slopes + (row + 1) * width);
+        status = place(rod_scene, plays[i].name, &play, &formula[i], error);
+        if (status == AD_OK && formula[i].is_given) {
+            put(rod_scene, plays[i].name, formula[i]);
+            for (int k = 0; k < others; k++) {
+                other[k] = quantity_put_unseen(other[k], plays[i].name, formula[i]);
+            }
         }
     }
+    return status;
 }

@@ -555,8 +555,8 @@ static const feature_row features[] = {
      "yyymm oo yyym oo o", "its shapes meet the conditions exactly"},
     {"a parameter with a range", NULL, ranged,
      "yyyyy yy yyyx yy y", NULL},
-    {"a play of an input", NULL, remembers,
-     "xxxyx yy yyyy yy m", at_rest},
+    {"a play or lag of an input", NULL, remembers,
+     "xxxyx yy xxxx yy y", NULL},
     {"a parameter to be identified", NULL, unknown,
      "yyyxx yy xxxx yy x", NULL},
     {"measured data", "data", never, /* the last: support_check_data */

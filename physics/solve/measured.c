@@ -2,6 +2,7 @@
 
 #include "physics/numerics/quaternion.h"
 #include "physics/numerics/sort.h"
+#include "physics/scene/scene_memory.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -204,6 +205,9 @@ void solve_trials_fill(const solve_trials *trials, const double *values, size_t 
     const double *own = values + (trials->apart ? experiment * (size_t)trials->unknowns : 0);
     for (int i = 0; i < trials->unknowns; i++) {
         parameters[scene_known_count(&trials->open) + i] = own[i];
+    }
+    if (scene_is_dynamic(&trials->open)) {
+        scene_memory_start(&trials->open, parameters, 0, NULL);
     }
     trial_memory_fill(trials->memory, values, row->turn, parameters);
 }

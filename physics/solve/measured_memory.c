@@ -23,7 +23,8 @@ ad_status trial_memory_create(const scene *open, int sets, const solve_measured 
                               trial_memory **result, ad_error *error)
 {
     size_t most = 0;
-    trial_memory *memory = open->memory_count > 0 ? calloc(1, sizeof *memory) : NULL;
+    const bool any = open->memory_count > 0 && !scene_is_dynamic(open);
+    trial_memory *memory = any ? calloc(1, sizeof *memory) : NULL;
     *result = memory;
     for (int i = 0; i < sets; i++) {
         most += measured[i].command ? measured[i].commands : measured[i].rows;
@@ -38,7 +39,7 @@ ad_status trial_memory_create(const scene *open, int sets, const solve_measured 
         memory->turned = calloc(most * memory->count + 1, sizeof *memory->turned);
         memory->begins = calloc((size_t)sets + 1, sizeof *memory->begins);
     }
-    return open->memory_count == 0 || (memory && memory->turned && memory->begins)
+    return !any || (memory && memory->turned && memory->begins)
                ? AD_OK
                : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu rows of commands", most);
 }

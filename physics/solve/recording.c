@@ -18,7 +18,8 @@ struct solve_recording {
     reduced_rod *rod;
     size_t places;
     int parameters;
-    size_t velocity; /* its first column */
+    size_t velocity;        /* its first column */
+    uint64_t timed, states; /* parameters of plays of time, and states of memory among them */
     double *state;
     reduced_place *seen; /* [3][places]: as it is, and with a parameter moved to both sides */
     size_t columns;
@@ -73,9 +74,13 @@ ad_status solve_recording_create(const scene *open, const int modes[4], size_t p
     const scene_physics *physics = scene_physics_of(open);
     ad_status status = reduced_create(open, &settings, &x->rod, error);
     if (status == AD_OK) {
+        x->timed = open->timed;
+        for (int k = scene_given_count(open); k < scene_known_count(open); k++) {
+            x->states |= UINT64_C(1) << k;
+        }
         x->places = places;
         x->parameters = open->parameter_count;
-        x->state = malloc((size_t)reduced_states(x->rod) * sizeof *x->state);
+        x->state = malloc((size_t)reduced_all_states(x->rod) * sizeof *x->state);
         x->seen = malloc((3 * places + 1) * sizeof *x->seen);
         x->columns = (size_t)physics->column_count;
         x->velocity = solve_velocity_column(open);
@@ -115,10 +120,11 @@ static double beside(const solve_recording *x, size_t parameter, double value)
 static ad_status step(solve_recording *x, double h, const double *now, const double *after,
                       ad_error *error)
 {
-    const size_t n = (size_t)reduced_states(x->rod), m = (size_t)x->parameters, count = x->count;
+    const size_t n = (size_t)reduced_all_states(x->rod), m = (size_t)x->parameters,
+                 count = x->count;
     ad_status status =
-        reduced_step_linear(x->rod, 0, h, x->state, now, after, x->state,
-                            count ? x->by_state : NULL, count ? x->by_inputs : NULL, error);
+        reduced_step_whole(x->rod, 0, h, x->state, now, after, x->state, count ? x->by_state : NULL,
+                           count ? x->by_inputs : NULL, error);
     for (size_t r = 0; r < n && status == AD_OK && count > 0; r++) {
         double *to = x->change[1] + r * count;
         memcpy(to, x->by_inputs + r * m + x->first, count * sizeof *to);
@@ -175,10 +181,17 @@ static void give(const solve_recording *x, const reduced_place *place, size_t ro
     }
 }
 
+/* The state with which the motion begins; states of memory among the parameters, too. */
+static ad_status begin(solve_recording *x, double *now, double *state, ad_error *error)
+{
+    reduced_begin(x->rod, now, state);
+    return reduced_initial(x->rod, now, state, error);
+}
+
 /* How the state at the start changes. */
 static ad_status start_change(solve_recording *x, const double *now, ad_error *error)
 {
-    const size_t n = (size_t)reduced_states(x->rod);
+    const size_t n = (size_t)reduced_all_states(x->rod);
     double moved[SCENE_PARAMETERS_MAX], *room = x->change[1];
     ad_status status = AD_OK;
     for (size_t i = 0; i < x->count && status == AD_OK; i++) {
@@ -186,7 +199,7 @@ static ad_status start_change(solve_recording *x, const double *now, ad_error *e
         for (int side = -1; side <= 1 && status == AD_OK; side += 2) {
             memcpy(moved, now, sizeof moved);
             moved[x->first + i] += side * by;
-            status = reduced_initial(x->rod, moved, room, error);
+            status = begin(x, moved, room, error);
             for (size_t r = 0; r < n && status == AD_OK; r++) {
                 double *to = &x->change[0][r * x->count + i];
                 *to = side < 0 ? -room[r] / (2 * by) : *to + room[r] / (2 * by);
@@ -200,11 +213,18 @@ static ad_status start_change(solve_recording *x, const double *now, ad_error *e
 static ad_status look_beside(solve_recording *x, const double *now, size_t i, double by,
                              ad_error *error)
 {
-    double moved[SCENE_PARAMETERS_MAX];
+    const size_t n = (size_t)reduced_states(x->rod),
+                 memory = (size_t)reduced_all_states(x->rod) - n;
+    double moved[SCENE_PARAMETERS_MAX], *state = x->change[1];
     ad_status status = AD_OK;
     for (int side = 0; side < 2 && status == AD_OK; side++) {
+        const double off = side ? by : -by;
         memcpy(moved, now, sizeof moved);
-        moved[x->first + i] += side ? by : -by;
+        moved[x->first + i] += off;
+        for (size_t k = 0; k < memory; k++) {
+            state[n + k] = x->state[n + k] + off * x->change[0][(n + k) * x->count + i];
+        }
+        reduced_remember(x->rod, state, moved);
         status = reduced_output(x->rod, 0, x->state, moved,
                                 x->seen + (1 + (size_t)side) * x->places, NULL, error);
     }
@@ -268,9 +288,14 @@ static ad_status run(solve_recording *x, const solve_inputs *inputs, const doubl
                        "inputs are recorded from t = %g to %g s; allowed: from 0 to %g at least",
                        inputs->t[0], inputs->t[inputs->count - 1], t[rows - 1]);
     }
+    if ((inputs->which | x->states) & x->timed) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "a play of a formula of t depends on inputs that are recorded; allowed: of "
+                       "either t or inputs");
+    }
     memcpy(now, parameters, (size_t)x->parameters * sizeof *now);
     solve_inputs_at(inputs, x->parameters, 0, &at, now);
-    ad_status status = reduced_initial(x->rod, now, x->state, error);
+    ad_status status = begin(x, now, x->state, error);
     status = status == AD_OK ? start_change(x, now, error) : status;
     for (size_t row = 0, end; row < rows && status == AD_OK; row = end) {
         ad_error reason;
@@ -278,6 +303,7 @@ static ad_status run(solve_recording *x, const solve_inputs *inputs, const doubl
         if (status != AD_OK) {
             return ad_fail(error, status, "from t = %g s on: %s", time, reason.message);
         }
+        reduced_remember(x->rod, x->state, now);
         status =
             reduced_output(x->rod, 0, x->state, now, x->seen, x->count ? x->by_seen : NULL, error);
         for (end = row; end < rows && t[end] == t[row]; end++) {
@@ -303,7 +329,7 @@ ad_status solve_recording_change(solve_recording *x, const solve_inputs *inputs,
                                  const size_t *places, double *values, size_t count, double *by,
                                  ad_error *error)
 {
-    const size_t n = (size_t)reduced_states(x->rod), m = (size_t)x->parameters;
+    const size_t n = (size_t)reduced_all_states(x->rod), m = (size_t)x->parameters;
     free(x->change[0]);
     x->count = count;
     x->first = m - count;

@@ -40,8 +40,9 @@ void solve_recording_free(solve_recording *recording); /* NULL is allowed */
 /* values [columns of the scene's model][rows]: what the rod is at t [rows] s, ascending, and
  * places [rows], of the columns of position, rotation, velocity and angular velocity; others are
  * left as they are. From where the scene begins, with parameters [parameter_count] for those that
- * are no inputs, in steps of so many `parts` between stops. AD_BAD_INPUT: times beyond the inputs;
- * AD_NOT_FINITE: there is no start, or no step; the error has the time. */
+ * are no inputs, in steps of so many `parts` between stops. AD_BAD_INPUT: times beyond the inputs,
+ * or a play of both t and an input; AD_NOT_FINITE: there is no start, or no step; the error has the
+ * time. */
 ad_status solve_recording_run(solve_recording *recording, const solve_inputs *inputs,
                               const double *parameters, int parts, size_t rows, const double *t,
                               const size_t *places, double *values, ad_error *error);

@@ -13,8 +13,8 @@ static inline void open_scene(scene *to, quantities *names, int count, int unkno
     ad_error error;
     scene_defaults(to);
     for (int i = 0; i < count; i++) {
-        assert_good(quantities_parameter(names, parameters[i].name, parameters[i].low,
-                                         parameters[i].high, parameters[i].low, &error),
+        const scene_parameter *p = &parameters[i];
+        assert_good(quantities_parameter(names, p->name, p->low, p->high, guess[i], &error),
                     &error);
         to->parameters[i] = parameters[i];
         to->guess[i] = guess[i];

@@ -1,9 +1,10 @@
-/* Plays of inputs: a triangular wave by its closed form, in rows and in time, what a loop loses,
- * derivatives, sums, and what is refused. */
+/* Plays and lags of inputs: a triangular wave by its closed form, in rows and in time, what a loop
+ * loses, derivatives, sums, lags by exponentials, and what is refused. */
 #include "near.h"
 
 #include "physics/scene/scene_memory.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -176,6 +177,81 @@ static void test_smooth(void **state)
     quantities_free(m.names);
 }
 
+/* In motion, of parameters: states from sample to sample. */
+static made make_sampled(const char *formula)
+{
+    made m = make(formula, 0);
+    const char *key;
+    ad_error error;
+    m.open.duration = quantity_number(1);
+    if (scene_remember(&m.open, 0, NULL, &key, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+    return m;
+}
+
+/* Lags by their closed forms, of inputs that go linearly from sample to sample: up within the first
+ * sample and then held, and rising all the time, from rest. */
+static void test_lag(void **state)
+{
+    enum { COUNT = 5, PULL = 0, LAG = 2, LATE = 4, STEPS = 40 };
+    static const double TAU = 0.3, STEP = 0.05;
+    (void)state;
+    made m = make_sampled("lag(play(pull, r), 0.1 + w)");
+    assert_int_equal(m.open.parameter_count, COUNT);
+    assert_int_equal(scene_given_count(&m.open), 1);
+    for (int rises = 0; rises < 2; rises++) {
+        double now[COUNT] = {[LATE] = TAU - 0.1}, after[COUNT];
+        const double first = 1 - (1 - exp(-STEP / TAU)) * TAU / STEP;
+        scene_memory_start(&m.open, now, 0, NULL);
+        for (int i = 1; i <= STEPS; i++) {
+            const double t = i * STEP;
+            memcpy(after, now, sizeof now);
+            after[PULL] = rises ? t / 2 : 1;
+            scene_memory_step(&m.open, STEP, now, after, 0, NULL, NULL);
+            memcpy(now, after, sizeof now);
+            assert_near(now[LAG],
+                        rises ? (t - TAU * (1 - exp(-t / TAU))) / 2
+                              : 1 - (1 - first) * exp((STEP - t) / TAU),
+                        1e-14);
+        }
+    }
+    quantities_free(m.names);
+}
+
+/* Derivatives of a step by states before it, threshold and time against differences. */
+static void test_sample_slopes(void **state)
+{
+    enum { COUNT = 5, DIRECTIONS = 4 };
+    static const double H = 1e-6, STEP = 0.07;
+    static const double at[COUNT] = {-0.2, 0.05, 0.3, 0.2, 0.2}, end[COUNT] = {0.6, 0, 0, 0.2, 0.2};
+    static const int moved[DIRECTIONS] = {1, 2, 3, 4};
+    double now[COUNT], after[COUNT], sides[2][COUNT];
+    double by_now[DIRECTIONS * COUNT] = {0}, by_after[DIRECTIONS * COUNT] = {0};
+    (void)state;
+    made m = make_sampled("lag(play(pull, r), 0.1 + w)");
+    memcpy(after, end, sizeof end);
+    for (int i = 0; i < DIRECTIONS; i++) {
+        by_now[i * COUNT + moved[i]] = 1;
+        by_after[i * COUNT + moved[i]] = i >= 2;
+    }
+    scene_memory_step(&m.open, STEP, at, after, DIRECTIONS, by_now, by_after);
+    assert_near(after[1], 0.4, ROUNDING); /* pushed, by 0.6 less 0.2 */
+    for (int i = 0; i < DIRECTIONS; i++) {
+        for (int side = 0; side < 2; side++) {
+            memcpy(now, at, sizeof at);
+            memcpy(sides[side], end, sizeof end);
+            now[moved[i]] += side ? H : -H;
+            sides[side][moved[i]] = now[moved[i]];
+            scene_memory_step(&m.open, STEP, now, sides[side], 0, NULL, NULL);
+        }
+        for (int k = 1; k <= 2; k++) {
+            assert_near(by_after[i * COUNT + k], (sides[1][k] - sides[0][k]) / (2 * H), 1e-8);
+        }
+    }
+    quantities_free(m.names);
+}
+
 static void test_numbers(void **state)
 {
     (void)state;
@@ -197,6 +273,9 @@ static void test_refusals(void **state)
                  {"play(pull*s, r)", 0, "play along the rod"},
                  {"play(pull, w-0.5)", 0, "may be negative"},
                  {"play(sin(t), 0.1*t)", 1, "changes in time"},
+                 {"lag(sin(t), 0.1)", 1, "a lag of a formula of t"},
+                 {"lag(pull, w)", 0, "may be 0 or negative"},
+                 {"lag(pull, 0)", 0, "time of lag is not positive"},
                  {"play(sin(2000*t), 0.1)", 1, "more than 400 times"}};
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
         made m = make(wrong[i].formula, wrong[i].duration);
@@ -215,6 +294,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_rows),    cmocka_unit_test(test_slopes),
         cmocka_unit_test(test_time),    cmocka_unit_test(test_smooth),
+        cmocka_unit_test(test_lag),     cmocka_unit_test(test_sample_slopes),
         cmocka_unit_test(test_numbers), cmocka_unit_test(test_refusals),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

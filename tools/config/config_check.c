@@ -208,7 +208,7 @@ static ad_status remember(config *experiment, ad_error *error)
 {
     const char *key = "";
     ad_error reason;
-    const config_residual *residual = &experiment->residual;
+    config_residual *residual = &experiment->residual;
     const int inputs = config_residual_opens(experiment) ? residual->formula_count : 0;
     return scene_remember(&experiment->scene, inputs, residual->formula, &key, &reason) == AD_OK
                ? AD_OK

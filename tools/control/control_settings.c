@@ -79,7 +79,8 @@ static bool is_among(int count, const char *const *names, const char *name)
 control_role control_role_of(const control_settings *settings, const surrogate_settings *model,
                              const char *name)
 {
-    return is_among(settings->estimate_count, settings->estimate, name) ? CONTROL_ESTIMATED
+    return strchr(name, '.') ? CONTROL_FIXED /* the state of an input with a memory */
+           : is_among(settings->estimate_count, settings->estimate, name) ? CONTROL_ESTIMATED
            : model->input_count > 0 && !is_among(model->input_count, model->inputs, name)
                ? CONTROL_FIXED
            : is_among(model->parameter_count, model->parameters, name) ? CONTROL_FIXED
@@ -329,6 +330,10 @@ ad_status control_settings_resolve(control_settings *settings, const surrogate_s
     if (support_check(rod_scene, SUPPORT_ONE_STEP, &found, &reason) != AD_OK) {
         snprintf(key, TRAIN_KEY_MAX, "%s", found);
         return ad_fail(error, AD_BAD_INPUT, "%s", reason.message);
+    }
+    if (settings->model == CONTROL_LINEAR && rod_scene->memory_count > 0) {
+        return blame(key, error, "model", -1, "",
+                     "is linear, and inputs have plays or lags; allowed: reduced");
     }
     ad_status status = resolve_estimate(settings, model, rod_scene, estimate_given, key, error);
     status = status == AD_OK ? check_inputs(settings, model, rod_scene, key, error) : status;

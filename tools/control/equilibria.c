@@ -52,7 +52,7 @@ ad_status equilibria_create(const scene *of, const surrogate_settings *model,
         .s = &control->track_at};
     ad_status status = reduced_create(of, &settings, &x->rod, error);
     if (status == AD_OK) {
-        const size_t n = (size_t)reduced_states(x->rod);
+        const size_t n = (size_t)reduced_all_states(x->rod);
         x->state = calloc(2 * n, sizeof *x->state);
         x->program = malloc(qp_size(&program));
         if (!x->state || !x->program) {
@@ -60,6 +60,7 @@ ad_status equilibria_create(const scene *of, const surrogate_settings *model,
         } else {
             x->trial = x->state + n;
             x->quadratic = qp_init(x->program, &program);
+            reduced_begin(x->rod, x->middle, x->state);
             status = reduced_initial(x->rod, x->middle, x->state, error);
         }
     }
@@ -86,11 +87,14 @@ void equilibria_middle(const equilibria *equilibria, double *inputs)
     memcpy(inputs, equilibria->middle, (size_t)reduced_inputs(equilibria->rod) * sizeof *inputs);
 }
 
-ad_status equilibria_settle(equilibria *equilibria, const double *inputs, double *state,
+ad_status equilibria_settle(equilibria *equilibria, const double *given, double *state,
                             ad_error *error)
 {
     enum { TRIES = 3, MOTION = 50 };
-    const size_t bytes = (size_t)reduced_states(equilibria->rod) * sizeof *state;
+    const size_t bytes = (size_t)reduced_all_states(equilibria->rod) * sizeof *state;
+    double inputs[SCENE_PARAMETERS_MAX];
+    memcpy(inputs, given, (size_t)reduced_inputs(equilibria->rod) * sizeof *inputs);
+    reduced_begin(equilibria->rod, inputs, equilibria->state);
     memcpy(equilibria->trial, equilibria->state, bytes);
     ad_status status = reduced_settle(equilibria->rod, 0, inputs, equilibria->trial, error);
     for (int try = 0; try < TRIES && status == AD_NOT_FINITE; try++) {
@@ -117,7 +121,7 @@ ad_status equilibria_settle(equilibria *equilibria, const double *inputs, double
 ad_status equilibria_derivatives(equilibria *equilibria, const double *inputs, const double *state,
                                  int count, const int *which, double *by, ad_error *error)
 {
-    const int n = reduced_states(equilibria->rod);
+    const int n = reduced_all_states(equilibria->rod);
     double moved[SCENE_PARAMETERS_MAX];
     ad_status status = AD_OK;
     for (int k = 0; k < count && status == AD_OK; k++) {

@@ -16,7 +16,8 @@ void equilibria_free(equilibria *equilibria); /* NULL is allowed */
 /* Inputs [parameter_count] with all in the middle: of limits, or of the range. */
 void equilibria_middle(const equilibria *equilibria, double *inputs);
 
-/* state [states] (or NULL): the equilibrium for inputs, sought from the last one that was found. */
+/* state [states] (or NULL), a whole one (physics/chain/reduced.h): the equilibrium for inputs that
+ * were held for long, sought from the last one that was found. */
 ad_status equilibria_settle(equilibria *equilibria, const double *inputs, double *state,
                             ad_error *error);
 

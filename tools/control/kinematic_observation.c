@@ -19,7 +19,8 @@ int kinematic_observation_row(observation_what what)
 size_t kinematic_observation_room(const kinematics *rod)
 {
     const int numbers =
-        LOOK_STATES * rod->places * (KINEMATICS_SEEN + OBSERVATION_ROWS * 2 * rod->modes);
+        LOOK_STATES *
+        (rod->places * (KINEMATICS_SEEN + OBSERVATION_ROWS * 2 * rod->modes) + 2 * rod->modes);
     return kinematics_room(rod) + (size_t)numbers;
 }
 
@@ -39,15 +40,17 @@ static void take_values(observation_what what, const double *seen, double *value
     memcpy(values, seen + first[what], (what == OBSERVATION_ROTATION ? 4 : 3) * sizeof *values);
 }
 
-/* From rows [OBSERVATION_ROWS][size] of a place: a turn theta changes d3 by theta x d3, and q by
- * half of (0, theta) q. */
+/* From rows [OBSERVATION_ROWS][size] of a place, to by [.][stride]: a turn theta changes d3 by
+ * theta x d3, and q by half of (0, theta) q. */
 static void take_rows(observation_what what, const double *seen, int size, const double *rows,
-                      double *by)
+                      int stride, double *by)
 {
     const double *q = seen + 3;
     double d[3];
     if (what != OBSERVATION_ROTATION && what != OBSERVATION_DIRECTION) {
-        memcpy(by, rows, (size_t)(OBSERVATION_ROWS * size) * sizeof *by);
+        for (int r = 0; r < OBSERVATION_ROWS; r++) {
+            memcpy(by + r * stride, rows + r * size, (size_t)size * sizeof *by);
+        }
         return;
     }
     take_values(OBSERVATION_DIRECTION, seen, d);
@@ -60,10 +63,10 @@ static void take_rows(observation_what what, const double *seen, int size, const
         for (int i = 0; i < 3; i++) {
             const int j = (i + 1) % 3, k = (i + 2) % 3;
             if (what == OBSERVATION_ROTATION) {
-                to[(1 + i) * size] =
+                to[(1 + i) * stride] =
                     0.5 * (q[0] * theta[i] + theta[j] * q[1 + k] - theta[k] * q[1 + j]);
             } else {
-                to[i * size] = theta[j] * d[k] - theta[k] * d[j];
+                to[i * stride] = theta[j] * d[k] - theta[k] * d[j];
             }
         }
     }
@@ -73,16 +76,22 @@ static int see(void *context, int count, const double *states, const double *inp
                double *by_state)
 {
     kinematic_observation *observation = context;
-    const int places = observation->rod.places, size = 2 * observation->rod.modes;
+    const int places = observation->rod.places, size = 2 * observation->rod.modes,
+              stride = size + observation->more;
     const int of_place = observation->what == OBSERVATION_ROTATION ? 4 : 3;
     double *seen = observation->room + kinematics_room(&observation->rod);
     double *rows = seen + LOOK_STATES * places * KINEMATICS_SEEN;
+    double *alone = rows + LOOK_STATES * places * OBSERVATION_ROWS * size;
     bool finite = true;
     (void)inputs;
     for (int from = 0; from < count; from += LOOK_STATES) {
         const int now = count - from < LOOK_STATES ? count - from : LOOK_STATES;
-        kinematics_see(&observation->rod, now, states + from * size, seen, by_state ? rows : NULL,
-                       observation->room);
+        const double *at = states + from * stride;
+        for (int i = 0; i < now && stride > size; i++) {
+            memcpy(alone + i * size, at + i * stride, (size_t)size * sizeof *alone);
+        }
+        kinematics_see(&observation->rod, now, stride > size ? alone : at, seen,
+                       by_state ? rows : NULL, observation->room);
         for (int i = 0; i < now * places; i++) {
             double *to = values + (from * places + i) * of_place;
             take_values(observation->what, seen + i * KINEMATICS_SEEN, to);
@@ -90,9 +99,10 @@ static int see(void *context, int count, const double *states, const double *inp
                 finite &= isfinite(to[k]) != 0;
             }
             if (by_state) {
+                double *by = by_state + (from * places + i) * of_place * stride;
+                memset(by, 0, (size_t)(of_place * stride) * sizeof *by);
                 take_rows(observation->what, seen + i * KINEMATICS_SEEN, size,
-                          rows + i * OBSERVATION_ROWS * size,
-                          by_state + (from * places + i) * of_place * size);
+                          rows + i * OBSERVATION_ROWS * size, stride, by);
             }
         }
     }
@@ -102,7 +112,7 @@ static int see(void *context, int count, const double *states, const double *inp
 one_observation kinematic_observation_of(kinematic_observation *observation)
 {
     return (one_observation){.context = observation,
-                             .states = 2 * observation->rod.modes,
+                             .states = 2 * observation->rod.modes + observation->more,
                              .values = observation->rod.places *
                                        (observation->what == OBSERVATION_ROTATION ? 4 : 3),
                              .see = see};

@@ -23,6 +23,7 @@ enum { OBSERVATION_ROWS = 3 }; /* rows of derivatives of a place that each of th
 typedef struct kinematic_observation {
     observation_what what;
     kinematics rod; /* its rows are those of kinematic_observation_row at each place */
+    int more;       /* states behind those of the rod, on which nothing depends */
     double *room;   /* [kinematic_observation_room] */
 } kinematic_observation;
 

@@ -18,7 +18,7 @@ static ad_status create_models(control_loop *loop, ad_error *error)
     if (status != AD_OK) {
         return status;
     }
-    loop->states = reduced_states(loop->rod);
+    loop->states = reduced_all_states(loop->rod);
     loop->parameters = reduced_inputs(loop->rod);
     loop->by_step = reduced_one_step(loop->rod, loop->step);
     if (loop->control.model == CONTROL_SURROGATE) {
@@ -89,7 +89,7 @@ static ad_status find_sizes(const control_loop *loop, double *size, ad_error *er
     ad_status status = pool ? excitation_run(nominal, &settings, pool, &motions, error)
                             : ad_fail(error, AD_NO_MEMORY, "out of memory for a loop");
     ad_pool_free(pool);
-    const size_t n = (size_t)loop->states;
+    const size_t n = (size_t)reduced_states(loop->rod);
     for (size_t k = 0; k < n && status == AD_OK; k++) {
         double sum = 0, count = 0;
         for (int r = 0; r < motions.count; r++) {
@@ -106,6 +106,19 @@ static ad_status find_sizes(const control_loop *loop, double *size, ad_error *er
     return status;
 }
 
+void loop_fill_noise(control_loop *loop)
+{
+    const size_t n = (size_t)loop->states, moving = (size_t)reduced_states(loop->rod);
+    double *size = loop->numbers + 3 * n, *deviation = loop->numbers + n, *process = deviation + n;
+    observation_noise((int)moving / 2, size, deviation, process);
+    for (size_t k = moving; k < n; k++) { /* known but for where it began */
+        const scene_parameter *p =
+            reduced_input(loop->rod, scene_given_count(loop->of.nominal) + (int)(k - moving));
+        deviation[k] = 1e-3 * (p->high - p->low);
+        process[k] = 1e-6 * (p->high - p->low);
+    }
+}
+
 /* Deviations and process noise of the filter. */
 static ad_status fill_numbers(control_loop *loop, ad_error *error)
 {
@@ -113,7 +126,7 @@ static ad_status fill_numbers(control_loop *loop, ad_error *error)
     double *size = loop->numbers + 3 * n;
     const ad_status status = find_sizes(loop, size, error);
     if (status == AD_OK) {
-        observation_noise(loop->states / 2, size, loop->numbers + n, loop->numbers + 2 * n);
+        loop_fill_noise(loop);
     }
     return status;
 }

@@ -33,6 +33,10 @@ ad_status loop_shapes_take(control_loop *loop, long k, ad_error *error);
  * nothing to control. */
 ad_status loop_create_filter(const loop_setup *setup, control_loop **result, ad_error *error);
 
+/* Deviations and process noise of the filter, by the sizes [states] in the room of loop->numbers.
+ */
+void loop_fill_noise(control_loop *loop);
+
 struct control_loop {
     loop_setup of;
     control_settings control;

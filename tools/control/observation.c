@@ -16,8 +16,10 @@ static ad_status allocate(observation *observation, const observation_sensor *se
                           ad_error *error)
 {
     const int first = kinematic_observation_row(sensor->what);
-    observation->observation =
-        (kinematic_observation){.what = sensor->what, .rod = *reduced_kinematics(observation->rod)};
+    observation->observation = (kinematic_observation){
+        .what = sensor->what,
+        .rod = *reduced_kinematics(observation->rod),
+        .more = reduced_all_states(observation->rod) - reduced_states(observation->rod)};
     observation->observation.room =
         calloc(kinematic_observation_room(&observation->observation.rod),
                sizeof *observation->observation.room);

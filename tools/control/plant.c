@@ -116,7 +116,7 @@ ad_status plant_create(const scene *of, const scene *nominal, const control_sett
     }
     status = status == AD_OK ? add_shape(x, of, error) : status;
     if (status == AD_OK) {
-        const size_t n = (size_t)reduced_states(x->rod);
+        const size_t n = (size_t)reduced_all_states(x->rod);
         x->state = x->memory = calloc(2 * n, sizeof *x->memory);
         x->next = x->memory ? x->memory + n : NULL;
         status = x->memory ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a plant");
@@ -154,8 +154,8 @@ static void take_inputs(plant *plant, const double *inputs)
 /* In two halves where a step cannot be solved. */
 static ad_status step(plant *plant, double h, int halvings, ad_error *error)
 {
-    ad_status status = reduced_step(plant->rod, plant->t, h, plant->state, plant->inputs,
-                                    plant->next, NULL, NULL, error);
+    ad_status status = reduced_step_whole(plant->rod, plant->t, h, plant->state, plant->inputs,
+                                          NULL, plant->next, NULL, NULL, error);
     if (status == AD_OK) {
         double *before = plant->state;
         plant->state = plant->next;
@@ -225,6 +225,7 @@ ad_status plant_start(plant *plant, const double *inputs, uint64_t seed, ad_erro
     }
     plant->t = 0;
     plant->panel = 0;
+    reduced_begin(plant->rod, plant->inputs, plant->state);
     ad_status status = reduced_initial(plant->rod, plant->inputs, plant->state, error);
     if (status == AD_OK &&
         reduced_settle(plant->rod, 0, plant->inputs, plant->state, error) == AD_NOT_FINITE) {

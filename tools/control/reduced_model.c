@@ -11,14 +11,14 @@ static int advance_rod(void *context, int count, double h, const double *states,
                        double *by_inputs)
 {
     reduced_rod *rod = context;
-    const size_t n = (size_t)reduced_states(rod), m = (size_t)reduced_inputs(rod);
+    const size_t n = (size_t)reduced_all_states(rod), m = (size_t)reduced_inputs(rod);
     ad_error error;
     bool good = true;
     for (size_t i = 0; i < (size_t)count && good; i++) {
-        good = reduced_step_linear(rod, 0, h, states + i * n, inputs + i * m,
-                                   after ? after + i * m : NULL, next + i * n,
-                                   by_state ? by_state + i * n * n : NULL,
-                                   by_inputs ? by_inputs + i * n * m : NULL, &error) == AD_OK;
+        good = reduced_step_whole(rod, 0, h, states + i * n, inputs + i * m,
+                                  after ? after + i * m : NULL, next + i * n,
+                                  by_state ? by_state + i * n * n : NULL,
+                                  by_inputs ? by_inputs + i * n * m : NULL, &error) == AD_OK;
         for (size_t k = 0; k < n && good; k++) {
             good = isfinite(next[i * n + k]);
         }
@@ -29,7 +29,7 @@ static int advance_rod(void *context, int count, double h, const double *states,
 one_step reduced_one_step(reduced_rod *rod, double step)
 {
     return (one_step){.context = rod,
-                      .states = reduced_states(rod),
+                      .states = reduced_all_states(rod),
                       .inputs = reduced_inputs(rod),
                       .step = step,
                       .shorter = 1,

@@ -6,8 +6,8 @@
 #include "physics/chain/reduced.h"
 #include "tools/control/linear_step.h"
 
-/* Steps of length h in (0, step], each one step of Radau's method. Borrows the rod, one whose loads
- * do not depend on time. */
+/* Steps of length h in (0, step], each one step of Radau's method, of whole states, with those of
+ * inputs with a memory. Borrows the rod, one whose loads do not depend on time. */
 one_step reduced_one_step(reduced_rod *rod, double step);
 
 /* x+ = x_e + A (x - x_e) + B (u - u_e) with A, B of one step of length h at a state of rest; other

@@ -129,7 +129,10 @@ static ad_status fill_seen(replay *x, int sets, const solve_measured *measured, 
 static void inputs_of(const replay *x, size_t sample, double *inputs)
 {
     const size_t width = (size_t)x->loop->parameters;
+    const scene *nominal = x->loop->of.nominal;
     memcpy(inputs, x->inputs->values + sample * width, width * sizeof *inputs);
+    memset(inputs + scene_given_count(nominal), 0,
+           (size_t)nominal->memory_count * sizeof *inputs); /* the model has them in its state */
     for (int i = 0; i < x->loop->control.estimate_count; i++) {
         const int k = x->loop->parameter[i].input;
         inputs[k] = x->filter ? estimator_parameter_now(x->filter, i) : x->loop->middle[k];
@@ -161,7 +164,7 @@ static ad_status find_sizes(replay *x, ad_error *error)
     for (size_t i = 0; i < n; i++) {
         size[i] = sqrt(size[i]);
     }
-    observation_noise(loop->states / 2, size, loop->numbers + n, loop->numbers + 2 * n);
+    loop_fill_noise(loop);
     return AD_OK;
 }
 

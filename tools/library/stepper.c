@@ -98,6 +98,12 @@ static ad_status take_scene(cpinn_stepper *stepper, const char *path, double ste
     if (support_check(stepper->scene, SUPPORT_ONE_STEP, &key, &reason) != AD_OK) {
         return config_refuse(stepper->settings, key, reason.message, error);
     }
+    if (stepper->scene->memory_count > 0) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "%s: has plays or lags of inputs, whose states robots in steps do not keep; "
+                       "allowed: a scene without them",
+                       path);
+    }
     if (stepper->scene->parameter_count == 0) {
         return ad_fail(error, AD_BAD_INPUT,
                        "%s: has no inputs; allowed: a scene with parameters that have ranges",

@@ -517,6 +517,10 @@ ad_status optimize_motion_create(const optimize_settings *settings, const scene 
         status = ad_fail(error, AD_BAD_INPUT,
                          "chooses when things happen, and formulas of the scene depend on t; "
                          "allowed: those that do not");
+    } else if (family->memory_count > 0) {
+        status = ad_fail(error, AD_BAD_INPUT,
+                         "chooses inputs by derivatives that a play or a lag does not keep; "
+                         "allowed: a scene without them");
     }
     status = status == AD_OK ? read_end(o, 0, key, error) : status;
     status = status == AD_OK ? read_end(o, 1, key, error) : status;

@@ -238,7 +238,7 @@ static void choose_rows(controlling *controlling)
         add(controlling, "nothing estimated", &other);
         other = *c;
     }
-    if (c->model != CONTROL_LINEAR) {
+    if (c->model != CONTROL_LINEAR && controlling->nominal->scene.memory_count == 0) {
         other.model = CONTROL_LINEAR;
         add(controlling, names[CONTROL_LINEAR], &other);
         other = *c;

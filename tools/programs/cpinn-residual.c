@@ -194,6 +194,11 @@ static ad_status make_model(learning *learning, ad_error *error)
     if (status != AD_OK) {
         return status;
     }
+    if (robot->memory_count > 0) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "a residual in motion is not built beside plays and lags; allowed: a scene "
+                       "without them");
+    }
     learning->place = isfinite(track) ? track : scene_length(robot);
     const int *m = learning->model.modes;
     const reduced_settings settings = {.modes = {m[0], m[1], m[2], m[3]}};

@@ -198,8 +198,13 @@ ad_status surrogate_training_create(const scene *open, surrogate_settings *setti
 {
     static const char *const names[] = {"step",     "stage",         "seconds",    "loss",
                                         "held_out", "gradient_norm", "evaluations"};
-    surrogate_training *t = calloc(1, sizeof *t);
     *result = NULL;
+    if (open->memory_count > 0) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "a trained one-step model does not take plays and lags of inputs; allowed: "
+                       "control.model: reduced, which takes them");
+    }
+    surrogate_training *t = calloc(1, sizeof *t);
     if (!t) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a one-step model");
     }
