@@ -95,6 +95,16 @@ check heavy payload told -- near "${found[1]}" 0.04 4e-3
 mapfile -t ahead < <(each ahead | tail -n 2)
 check half a second ahead -- near "${ahead[1]}" 5.2e-4 1.5e-4
 
+# Markers of which the model is off by 4 mm to and fro: as noise that is none they spoil the payload, and the filter says
+# so; as offsets that walk they do not.
+awk -F, -v OFS=, 'NR > 1 { $6 += 4e-3 * sin(3 * $2); $7 += 4e-3 * cos(4 * $2) } { print }' heavy_tip.csv >off.csv
+run 3 cpinn-control arm.yaml "${filter[@]}" --set "$(data off.csv)" --replay --ahead 0.5
+run 0 cpinn-control arm.yaml "${filter[@]}" --set "$(data off.csv)" --replay --ahead 0.5 --drift 0.02 --fade 1 --json replay.json
+mapfile -t deviation < <(each standard_deviation)
+check payload beside drift -- near "$(each value)" 0.04 "$(awk -v d="${deviation[0]}" 'BEGIN { print 4 * d }')"
+check payload beside drift known well -- near "${deviation[0]}" 0 0.01
+check a sample ahead of drift -- near "$(each step)" 5.2e-4 3e-4
+
 # A motor that plays and one that lags. The truth has them as formulas of time: a play is exact there, and the lag of
 # 1.5 + 1.5 sin(5 t) has a closed form. Threshold and time are found, and the filter carries them along.
 late=0.05

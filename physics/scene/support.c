@@ -421,11 +421,14 @@ static const char *mapped_law(const scene *scene)
     return ranged_place(scene) ? lawful(scene) : NULL;
 }
 
+/* A state of one within another is in no formula. */
 static const char *remembers(const scene *scene)
 {
-    return scene->memory_count > 0
-               ? depends(scene, scene->parameters[scene_given_count(scene)].name, false)
-               : NULL;
+    const char *key = NULL;
+    for (int k = scene_given_count(scene); k < scene_known_count(scene) && !key; k++) {
+        key = depends(scene, scene->parameters[k].name, false);
+    }
+    return key;
 }
 
 static const char *unknown(const scene *scene)

@@ -250,6 +250,7 @@ static const feature_scene scenes[] = {
      .without = "rod.feed_time=0.02",
      .is_silent = true},
     {.feature = "a play or lag of an input",
+     .beside = "a parameter with a range",
      .changes = {"parameters.push={range: [6, 8]}", "loads.force=[0, 'play(push, 1)', 0]"},
      .moving = {"loads.force=[0, 'lag(play(push, 1), 0.1)', 0]", "initial.state=given"}},
     {.feature = "a parameter to be identified",

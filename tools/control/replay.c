@@ -1,6 +1,7 @@
 #include "tools/control/replay.h"
 
 #include "tools/control/loop_internal.h"
+#include "tools/control/marker_drift.h"
 #include "tools/train/clock.h"
 
 #include <math.h>
@@ -15,6 +16,12 @@ static const double EVEN = 1e-3;
 
 typedef struct replay {
     control_loop *loop; /* its models and sensors */
+    replay_settings settings;
+    marker_drift drift;
+    one_step model; /* that of the loop, or with drift */
+    one_observation eye[MARKER_DRIFT_MAX];
+    estimator_sensor sensor[MARKER_DRIFT_MAX];
+    double *numbers; /* [3][states] start, deviation, process of the filter; [states][estimates] */
     estimator *filter;
     void *memory; /* of it */
     const solve_inputs *inputs;
@@ -168,11 +175,52 @@ static ad_status find_sizes(replay *x, ad_error *error)
     return AD_OK;
 }
 
+/* Settings of the filter, with offsets of markers behind the states where these drift. */
+static estimator_settings settings_of(replay *x, size_t states, size_t all, size_t estimates)
+{
+    const control_loop *loop = x->loop;
+    estimator_settings settings = loop->settings.estimator;
+    double *deviation = x->numbers + all, *process = deviation + all, *by = process + all;
+    const double walked = x->settings.drift * sqrt(x->settings.fade > 0 ? x->settings.fade / 2 : 1);
+    for (size_t k = 0; k < all; k++) {
+        const bool drifts = k >= states;
+        x->numbers[k] = drifts ? 0 : loop->numbers[k];
+        deviation[k] = drifts ? walked : loop->numbers[states + k]; /* of a second, if for ever */
+        process[k] = drifts ? x->settings.drift : loop->numbers[2 * states + k];
+    }
+    for (size_t k = 0; k < all * estimates; k++) {
+        by[k] = k < states * estimates ? loop->numbers[4 * states + k] : 0;
+    }
+    for (int m = 0; m < x->markers; m++) {
+        x->sensor[m] = loop->sensor[m];
+        x->sensor[m].observation = x->eye[m];
+        x->sensor[m].depends = all > states ? 0 : loop->sensor[m].depends;
+    }
+    settings.model = x->model;
+    settings.sensor = x->sensor;
+    settings.deviation = deviation;
+    settings.process = process;
+    return settings;
+}
+
+/* Where markers drift, with their offsets. */
+static void choose_model(replay *x)
+{
+    const bool drifts = x->settings.drift > 0;
+    x->drift = (marker_drift){
+        .model = x->loop->by_period, .markers = x->markers, .fade = x->settings.fade};
+    for (int m = 0; m < x->markers; m++) {
+        x->drift.eye[m].observation = x->loop->sensor[m].observation;
+        x->eye[m] = drifts ? marker_drift_see(&x->drift, m) : x->loop->sensor[m].observation;
+    }
+    x->model = drifts ? marker_drift_model(&x->drift) : x->loop->by_period;
+}
+
 static ad_status start(replay *x, ad_error *error)
 {
     control_loop *loop = x->loop;
     const int count = loop->control.estimate_count;
-    const size_t n = (size_t)loop->states;
+    const size_t n = (size_t)loop->states, all = (size_t)x->model.states;
     double inputs[SCENE_PARAMETERS_MAX], *by = loop->numbers + 4 * n;
     int which[CONTROL_INPUTS_MAX];
     inputs_of(x, 0, inputs);
@@ -184,17 +232,25 @@ static ad_status start(replay *x, ad_error *error)
     if (status == AD_OK) {
         status = equilibria_derivatives(loop->rest, inputs, loop->numbers, count, which, by, error);
     }
-    const char *refused = estimator_refusal(&loop->settings.estimator);
+    x->numbers = malloc(all * (3 + (size_t)count) * sizeof *x->numbers);
+    if (status == AD_OK && !x->numbers) {
+        status = ad_fail(error, AD_NO_MEMORY, "out of memory for a filter");
+    }
+    if (status != AD_OK) {
+        return status;
+    }
+    const estimator_settings settings = settings_of(x, n, all, (size_t)count);
+    const char *refused = estimator_refusal(&settings);
     if (status == AD_OK && refused) {
         return ad_fail(error, AD_BAD_INPUT, "the filter refuses: %s", refused);
     }
-    x->memory = status == AD_OK ? malloc(estimator_size(&loop->settings.estimator)) : NULL;
+    x->memory = status == AD_OK ? malloc(estimator_size(&settings)) : NULL;
     if (!x->memory) {
         return status == AD_OK ? ad_fail(error, AD_NO_MEMORY, "out of memory for a filter")
                                : status;
     }
-    x->filter = estimator_init(x->memory, &loop->settings.estimator);
-    estimator_start(x->filter, loop->numbers, inputs, by);
+    x->filter = estimator_init(x->memory, &settings);
+    estimator_start(x->filter, x->numbers, inputs, x->numbers + 3 * all);
     return AD_OK;
 }
 
@@ -210,7 +266,7 @@ static void judge(const replay *x, const double *state, size_t sample, size_t be
     double inputs[SCENE_PARAMETERS_MAX];
     inputs_of(x, sample, inputs);
     for (size_t m = 0; m < (size_t)x->markers; m++) {
-        const one_observation *eye = &x->loop->sensor[m].observation;
+        const one_observation *eye = &x->eye[m];
         double place[3], miss = 0, moved = 0;
         const bool good = eye->see(eye->context, 1, state, inputs, place, NULL) == 0;
         for (size_t c = 0; c < 3; c++) {
@@ -228,8 +284,8 @@ static void judge(const replay *x, const double *state, size_t sample, size_t be
 /* From what the filter knows at a sample on, by the model alone. */
 static void roll_out(replay *x, size_t sample)
 {
-    const one_step *model = &x->loop->by_period;
-    const size_t n = (size_t)x->loop->states;
+    const one_step *model = &x->model;
+    const size_t n = (size_t)model->states;
     double now[SCENE_PARAMETERS_MAX], after[SCENE_PARAMETERS_MAX];
     double *state = x->state, *next = state + n;
     bool good = true;
@@ -307,12 +363,12 @@ static void conclude(replay *x)
 
 /* ---- all of it ----------------------------------------------------------------------------- */
 
-static ad_status run(replay *x, int sets, const solve_measured *measured, double ahead,
-                     ad_error *error)
+static ad_status run(replay *x, int sets, const solve_measured *measured, ad_error *error)
 {
-    const size_t n = (size_t)x->loop->states;
     x->markers = x->loop->control.measurement_count;
-    x->ahead = (size_t)fmax(1, round(ahead / x->loop->period));
+    x->ahead = (size_t)fmax(1, round(x->settings.ahead / x->loop->period));
+    choose_model(x);
+    const size_t n = (size_t)x->model.states;
     x->state = malloc(2 * n * sizeof *x->state);
     ad_status status = x->state ? fill_seen(x, sets, measured, error)
                                 : ad_fail(error, AD_NO_MEMORY, "out of memory for a replay");
@@ -327,19 +383,20 @@ static ad_status run(replay *x, int sets, const solve_measured *measured, double
 }
 
 ad_status replay_run(const loop_setup *setup, int sets, const solve_measured *measured,
-                     const solve_inputs *inputs, double ahead, replay_report *report,
-                     ad_error *error)
+                     const solve_inputs *inputs, const replay_settings *settings,
+                     replay_report *report, ad_error *error)
 {
-    replay x = {.inputs = inputs, .report = report};
+    replay x = {.inputs = inputs, .settings = *settings, .report = report};
     control_settings control = *setup->control;
     loop_setup of = *setup;
     *report = (replay_report){.samples = 0};
     of.control = &control;
-    ad_status status = find_period(inputs, ahead, &control, error);
+    ad_status status = find_period(inputs, settings->ahead, &control, error);
     status = status == AD_OK ? find_sensors(sets, measured, inputs, &control, error) : status;
     status = status == AD_OK ? loop_create_filter(&of, &x.loop, error) : status;
-    status = status == AD_OK ? run(&x, sets, measured, ahead, error) : status;
+    status = status == AD_OK ? run(&x, sets, measured, error) : status;
     free(x.memory);
+    free(x.numbers);
     free(x.state);
     free(x.seen);
     loop_free(x.loop);

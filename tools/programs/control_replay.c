@@ -27,7 +27,7 @@ static const solve_inputs *find_recording(int sets, const solve_measured *all, i
 }
 
 static ad_status run_all(const config *of, const loop_setup *setup, const measurements *data,
-                         double ahead, replays *x, ad_error *error)
+                         const replay_settings *settings, replays *x, ad_error *error)
 {
     const solve_measured *all = measurements_sets(data);
     const int fitted = measurements_count(data), sets = fitted + measurements_held_out(data);
@@ -41,7 +41,7 @@ static ad_status run_all(const config *of, const loop_setup *setup, const measur
         const char *file = of->settings.data[measurements_entry(data, set)].file;
         snprintf(x->name[x->count], sizeof x->name[0], "%.79s", file_bytes_name(file));
         x->held_out[x->count] = set >= fitted;
-        status = replay_run(setup, sets, all, inputs, ahead, &x->report[x->count], error);
+        status = replay_run(setup, sets, all, inputs, settings, &x->report[x->count], error);
         x->count += status == AD_OK;
     }
     return status != AD_OK || x->count > 0
@@ -51,13 +51,13 @@ static ad_status run_all(const config *of, const loop_setup *setup, const measur
                          "parameters with a range have several values");
 }
 
-ad_status replays_run(const config *of, const loop_setup *setup, double ahead, replays *result,
-                      ad_error *error)
+ad_status replays_run(const config *of, const loop_setup *setup, const replay_settings *settings,
+                      replays *result, ad_error *error)
 {
     measurements *data = NULL;
     char key[TRAIN_KEY_MAX] = "data";
     ad_error reason = {.message = ""};
-    *result = (replays){.ahead = ahead, .estimates = setup->control->estimate_count};
+    *result = (replays){.ahead = settings->ahead, .estimates = setup->control->estimate_count};
     ad_status status = measurements_take_squares(&of->settings, key, &reason);
     status = status != AD_OK
                  ? status
@@ -65,7 +65,7 @@ ad_status replays_run(const config *of, const loop_setup *setup, double ahead, r
                                             setup->control->estimate, &data, key, &reason);
     if (status == AD_OK) {
         snprintf(key, sizeof key, "data");
-        status = run_all(of, setup, data, ahead, result, &reason);
+        status = run_all(of, setup, data, settings, result, &reason);
     }
     measurements_free(data);
     return status == AD_BAD_INPUT || status == AD_IO ? config_refuse(of, key, reason.message, error)

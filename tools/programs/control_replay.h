@@ -19,8 +19,8 @@ typedef struct replays {
 
 /* All recordings of the data. AD_BAD_INPUT, with file and key: none of them has inputs over time;
  * those of measurements_read and replay_run. */
-ad_status replays_run(const config *of, const loop_setup *setup, double ahead, replays *result,
-                      ad_error *error);
+ad_status replays_run(const config *of, const loop_setup *setup, const replay_settings *settings,
+                      replays *result, ad_error *error);
 void replays_print(const config *of, const replays *replays, const char *model);
 void replays_json(const config *of, const replays *replays, json *to);
 

@@ -24,7 +24,7 @@ typedef struct options {
     const char *config, *out, *shapes, *run, *inner, *json, *c;
     cli_list overrides;
     int seed;
-    double ahead;
+    replay_settings settings; /* of a replay */
     bool compare, quiet, force, replay;
 } options;
 
@@ -273,7 +273,7 @@ static ad_status run_replays(controlling *controlling, ad_error *error)
     const options *o = &controlling->asked;
     const loop_setup setup = setup_of(controlling, &controlling->nominal->control);
     ad_status status =
-        replays_run(controlling->nominal, &setup, o->ahead, &controlling->replays, error);
+        replays_run(controlling->nominal, &setup, &o->settings, &controlling->replays, error);
     if (status == AD_OK) {
         replays_judge(controlling->nominal, &controlling->replays, &controlling->verdict);
     }
@@ -381,12 +381,14 @@ static void tell(const void *of, json *to)
 
 int main(int argc, char **argv)
 {
-    static controlling x = {.asked = {.seed = -1, .ahead = 1}};
+    static controlling x = {.asked = {.seed = -1, .settings.ahead = 1}};
     options *o = &x.asked;
     const cli_option list[] = {
         {"--compare", NULL, CLI_FLAG, &o->compare, 0, 0},
         {"--replay", NULL, CLI_FLAG, &o->replay, 0, 0},
-        {"--ahead", "S", CLI_NUMBER, &o->ahead, 1e-6, 1e6},
+        {"--ahead", "S", CLI_NUMBER, &o->settings.ahead, 1e-6, 1e6},
+        {"--drift", "X", CLI_NUMBER, &o->settings.drift, 0, 1},
+        {"--fade", "S", CLI_NUMBER, &o->settings.fade, 1e-3, 1e6},
         {"--out", "FILE", CLI_TEXT, &o->out, 0, 0},
         {"--shapes", "FILE", CLI_TEXT, &o->shapes, 0, 0},
         {"--c", "OUT", CLI_TEXT, &o->c, 0, 0},
