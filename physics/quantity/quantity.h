@@ -84,10 +84,10 @@ ad_status quantities_define_table(quantities *names, const char *name, int count
 
 /* ---- memory ---------------------------------------------------------------------------------- */
 
-/* What an input does that has a memory. A play operator of threshold r, a state that follows x
- * within r, as a drive of backlash 2 r does (Krasnosel'skii, Pokrovskii, Systems with Hysteresis,
- * 1989; Visintin, Differential Models of Hysteresis, 1994), and a lag of first order, as that of a
- * motor or of a chamber that fills:
+/* What an input does that has a memory. A play of threshold r is a state that follows x within r,
+ * as a drive of backlash 2 r does (Krasnosel'skii, Pokrovskii, Systems with Hysteresis, 1989;
+ * Visintin, Differential Models of Hysteresis, 1994). A lag of first order is that of a motor, or
+ * of a chamber that fills:
  *
  *   play: z = max(x - r, min(x + r, z before)), from 0 on;   lag: tau z' = x - z, from x on
  *

@@ -11,11 +11,10 @@
 #define PHYSICS_SCENE_SCENE_H
 
 #include "physics/quantity/quantity.h"
-
-#include <stdint.h>
 #include "physics/scene/scene_law.h"
 
 #include <math.h>
+#include <stdint.h>
 
 #ifdef __cplusplus
 extern "C" {
