@@ -435,6 +435,7 @@ const char *scene_common_key(const scene *open, bool to_be_found, const scene_pa
 void scene_with(const scene *open, int count, const char *const *names, const double *values,
                 scene *result);
 bool scene_uses(const scene *rod_scene, const char *name);
+bool scene_memory_uses(const scene *rod_scene, const char *name); /* a play or a lag of it does */
 
 /* The same rods along another s, in which lengths and places are those of the middle member for
  * all. Between two places s runs in proportion, and what has come out of a port begins at 0. A rod

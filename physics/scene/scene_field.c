@@ -218,6 +218,16 @@ void scene_with(const scene *open, int count, const char *const *names, const do
     result->rod.growth = quantity_with(open->rod.growth, count, names, values);
 }
 
+bool scene_memory_uses(const scene *rod_scene, const char *name)
+{
+    bool any = false;
+    for (int i = 0; i < rod_scene->memory_count && !any; i++) {
+        const scene_memory *memory = &rod_scene->memory[i];
+        any = quantity_depends_on(memory->next, name) || quantity_depends_on(memory->time, name);
+    }
+    return any;
+}
+
 bool scene_uses(const scene *rod_scene, const char *name)
 {
     bool any = quantity_depends_on(rod_scene->place, name);
@@ -225,9 +235,5 @@ bool scene_uses(const scene *rod_scene, const char *name)
         const scene_field *field = &scene_fields[i];
         any = quantity_any_depends_on(field->count, scene_field_of(rod_scene, field), name);
     }
-    for (int i = 0; i < rod_scene->memory_count && !any; i++) {
-        const scene_memory *memory = &rod_scene->memory[i];
-        any = quantity_depends_on(memory->next, name) || quantity_depends_on(memory->time, name);
-    }
-    return any;
+    return any || scene_memory_uses(rod_scene, name);
 }

@@ -317,7 +317,7 @@ static ad_status take_inputs(learned_rest *rest, ad_error *error)
         const char *name = open->parameters[rest->known + i].name;
         rest->moves = rest->moves ||
                       quantity_any_depends_on(rest->asked.inputs, rest->asked.input, name) ||
-                      quantity_any_depends_on(open->memory_count, open->memory, name);
+                      scene_memory_uses(open, name);
     }
     const ad_status status = look(rest, zero, rest->x, NULL, error);
     for (int i = 0; status == AD_OK && i < rest->asked.inputs; i++) {
