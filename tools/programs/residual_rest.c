@@ -47,8 +47,7 @@ static ad_status read_inputs(resting *x, ad_error *error)
                                               : quantity_formula(x->open->names, x->input[i]);
         for (int k = open->parameter_count - x->outputs; k < open->parameter_count; k++) {
             const char *name = open->parameters[k].name;
-            if (quantity_depends_on(x->formula[i], name) ||
-                scene_memory_uses(open, name)) {
+            if (quantity_depends_on(x->formula[i], name) || scene_memory_uses(open, name)) {
                 return config_refuse(x->open, key,
                                      "depends on what it says, or a play does; allowed: formulas "
                                      "of the other parameters with a range",
