@@ -197,9 +197,26 @@ bool config_residual_opens(const config *experiment)
     return opens;
 }
 
+/* Also by plays and lags, which are states where nothing is learned yet. */
+static bool uses(const config *experiment, quantity q, const char *name)
+{
+    int count;
+    const quantity_play *plays = quantities_plays(experiment->names, &count);
+    bool found = quantity_depends_on(q, name);
+    for (int i = 0; i < count && !found; i++) {
+        found =
+            quantity_depends_on(q, plays[i].name) && strcmp(plays[i].name, name) != 0 &&
+            (uses(experiment, plays[i].input, name) || uses(experiment, plays[i].constant, name));
+    }
+    return found;
+}
+
 bool config_residual_uses(const config *experiment, const char *name)
 {
     const config_residual *residual = &experiment->residual;
-    return (residual->outputs && residual->formula_count == 0) ||
-           quantity_any_depends_on(residual->formula_count, residual->formula, name);
+    bool found = residual->outputs && residual->formula_count == 0;
+    for (int i = 0; i < residual->formula_count && !found; i++) {
+        found = uses(experiment, residual->formula[i], name);
+    }
+    return found;
 }
