@@ -59,9 +59,9 @@ said stdout.txt '^  tips.csv +20 .* held out$'
 awk -F, 'NR == FNR { distance[FNR] = $15; next } FNR > 1 { off = $15 - distance[FNR]; if (off * off > worst) worst = off * off }
     END { exit !(FNR == 21 && worst < 1e-24) }' rows.csv given.csv || failed other distances from given numbers
 run 2 cpinn-solve "$elastica" --residuals none.csv
-said stderr.txt '^cpinn-solve: --residuals: allowed: of a scene with data, without --at of its unknowns$'
+said stderr.txt '^--residuals: allowed: of a scene with data, without --at of its unknowns$'
 run 2 written "{$as_written}" $given --run kept
-said stderr.txt '^cpinn-solve: --run: allowed: of a scene with unknowns to be found$'
+said stderr.txt '^--run: allowed: of a scene with unknowns to be found$'
 refuse_written() {
     run 2 written "$2"
     said stderr.txt "$1"

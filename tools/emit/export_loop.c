@@ -59,7 +59,7 @@ static void put_looks(const export_loop *loop, FILE *file)
         snprintf(name, sizeof name, "loop_observation%d", i);
         fprintf(file, "    {(observation_what)%d,\n     ", look_at(loop, i)->what);
         put_kinematics(name, &look_at(loop, i)->rod, file);
-        fputs(i + 1 < count ? ", NULL},\n" : ", NULL}};\n", file);
+        fputs(i + 1 < count ? ", 0, NULL},\n" : ", 0, NULL}};\n", file);
     }
     fputs("static const int loop_parts[][2] = {", file);
     for (int i = 0; i < loop->seen->parts; i++) {
