@@ -20,8 +20,8 @@ struct solve_recording {
     int parameters;
     size_t velocity;        /* its first column */
     uint64_t timed, states; /* parameters of plays of time, and states of memory among them */
-    double *state;
-    reduced_place *seen; /* [3][places]: as it is, and with a parameter moved to both sides */
+    double time, *state;    /* as it is now */
+    reduced_place *seen;    /* [3][places]: as it is, and with a parameter moved to both sides */
     size_t columns;
     /* Of solve_recording_change: so many last parameters, from `first` on; 0: values alone. */
     size_t count, first;
@@ -123,8 +123,8 @@ static ad_status step(solve_recording *x, double h, const double *now, const dou
     const size_t n = (size_t)reduced_all_states(x->rod), m = (size_t)x->parameters,
                  count = x->count;
     ad_status status =
-        reduced_step_whole(x->rod, 0, h, x->state, now, after, x->state, count ? x->by_state : NULL,
-                           count ? x->by_inputs : NULL, error);
+        reduced_step_whole(x->rod, x->time, h, x->state, now, after, x->state,
+                           count ? x->by_state : NULL, count ? x->by_inputs : NULL, error);
     for (size_t r = 0; r < n && status == AD_OK && count > 0; r++) {
         double *to = x->change[1] + r * count;
         memcpy(to, x->by_inputs + r * m + x->first, count * sizeof *to);
@@ -159,10 +159,11 @@ static ad_status go_on(solve_recording *x, const solve_inputs *inputs, double *n
         for (int i = 0; i < parts && status == AD_OK; i++) {
             solve_inputs_at(inputs, x->parameters, i + 1 < parts ? begin + (i + 1) * h : stop, at,
                             after);
+            x->time = begin + i * h;
             status = step(x, h, now, after, error);
             memcpy(now, after, sizeof after);
         }
-        *t = stop;
+        *t = x->time = stop;
     }
     return status;
 }
@@ -225,7 +226,7 @@ static ad_status look_beside(solve_recording *x, const double *now, size_t i, do
             state[n + k] = x->state[n + k] + off * x->change[0][(n + k) * x->count + i];
         }
         reduced_remember(x->rod, state, moved);
-        status = reduced_output(x->rod, 0, x->state, moved,
+        status = reduced_output(x->rod, x->time, x->state, moved,
                                 x->seen + (1 + (size_t)side) * x->places, NULL, error);
     }
     return status;
@@ -272,7 +273,7 @@ static ad_status give_change(solve_recording *x, const double *now, const size_t
         }
     }
     if (!held && status == AD_OK) { /* the start is again where it is */
-        status = reduced_output(x->rod, 0, x->state, now, x->seen, NULL, error);
+        status = reduced_output(x->rod, x->time, x->state, now, x->seen, NULL, error);
     }
     return status;
 }
@@ -293,6 +294,7 @@ static ad_status run(solve_recording *x, const solve_inputs *inputs, const doubl
                        "a play of a formula of t depends on inputs that are recorded; allowed: of "
                        "either t or inputs");
     }
+    x->time = 0;
     memcpy(now, parameters, (size_t)x->parameters * sizeof *now);
     solve_inputs_at(inputs, x->parameters, 0, &at, now);
     ad_status status = begin(x, now, x->state, error);
@@ -304,8 +306,8 @@ static ad_status run(solve_recording *x, const solve_inputs *inputs, const doubl
             return ad_fail(error, status, "from t = %g s on: %s", time, reason.message);
         }
         reduced_remember(x->rod, x->state, now);
-        status =
-            reduced_output(x->rod, 0, x->state, now, x->seen, x->count ? x->by_seen : NULL, error);
+        status = reduced_output(x->rod, x->time, x->state, now, x->seen,
+                                x->count ? x->by_seen : NULL, error);
         for (end = row; end < rows && t[end] == t[row]; end++) {
             give(x, &x->seen[places[end]], end, rows, values);
         }
