@@ -51,6 +51,27 @@ for k, step in enumerate((1e3, 1e-3, 1e-4)):
 assert numpy.array_equal(members.jacobian(dict(zip(names, at.T))).jacobian, slopes)
 many = numpy.repeat(at, 40, axis=0)  # more than one piece of work
 assert numpy.array_equal(members.jacobian(many).jacobian, numpy.repeat(slopes, 40, axis=0))
+
+# With forces: further columns, and the others stay as they are, to the bit.
+carrying = cpinn.Members("three.yaml", s, tolerance=1e-7, forces=True)
+assert carrying.columns == members.columns + ["n1", "n2", "n3", "m1", "m2", "m3"]
+carried = carrying.jacobian(many)
+assert carried.jacobian.shape == (120, 6, 19, 3)
+assert numpy.array_equal(carried.values[..., :13], members.solve(many).values)
+assert numpy.array_equal(carried.jacobian[:, :, :13], members.jacobian(many).jacobian)
+assert numpy.array_equal(carried.values, carrying.solve(many).values)
+assert numpy.array_equal(carried.jacobian, numpy.repeat(carried.jacobian[::40], 40, axis=0))
+largest = [numpy.abs(carried.jacobian[:, :, c:c + 3]).max(axis=(0, 1, 2)) for c in (13, 16)]
+for k, step in enumerate((1e3, 1e-3, 1e-4)):
+    move = step * numpy.eye(3)[k]
+    differences = (carrying.solve(at + move).values - carrying.solve(at - move).values) / (2 * step)
+    off = numpy.abs(differences - carried.jacobian[::40, ..., k]).max(axis=(0, 1))
+    assert off[13:16].max() <= 1e-4 * largest[0][k] and off[16:].max() <= 1e-4 * largest[1][k], off
+lost = carrying.jacobian([[0.8e6, 500, 0.0]])
+assert numpy.isnan(lost.values).all() and numpy.isnan(lost.jacobian).all()
+found = [of.reach(shapes[:, -1, :3], seed=1) for of in (carrying, members)]  # shapes alone
+assert numpy.array_equal(found[0].parameters, found[1].parameters)
+
 shapes, slopes, results = members.jacobian([[0.8e6, 500, 0.0]])  # beyond all equilibria
 assert not results["trusted"][0] and numpy.isnan(slopes).all()
 with open("supported.yaml", "w") as file:  # forces that depend on the place are sought, too
@@ -78,6 +99,15 @@ for c, unit in ((slice(0, 3), 0.3), (slice(3, 7), 1)):
     off = numpy.abs(answered.jacobian - solved.jacobian)[:, :, c].max(axis=(0, 1, 2))
     assert (off <= 1e-4 * numpy.abs(solved.jacobian[:, :, c]).max(axis=(0, 1, 2))).all(), off
 assert numpy.array_equal(answered.values, family.evaluate(at, s).values)
+with_forces = cpinn.Family("family", forces=True)
+carried_by_network = with_forces.jacobian(at, s)
+assert numpy.array_equal(carried_by_network.values[..., :13], answered.values)
+assert numpy.array_equal(carried_by_network.jacobian[:, :, :13], answered.jacobian)
+for polish in (0, 2):  # forces are of the equilibrium
+    off = numpy.abs(with_forces.evaluate(at, s, polish=polish).values - carried.values[::40])
+    for c in (13, 16):
+        size = numpy.abs(carried.values[..., c:c + 3]).max()
+        assert off[..., c:c + 3].max() <= 1e-4 * size, (polish, c, off, size)
 
 # One member at a time by compiled C, where there is a compiler.
 if shutil.which("cc"):
@@ -132,6 +162,9 @@ else:
     solved = torch.tensor(at, requires_grad=True)  # where members were made for
     cpinn.torch.family_function(members)(solved)[:, -1, 2].sum().backward()
     assert numpy.array_equal(solved.grad.numpy(), members.jacobian(at).jacobian[:, -1, 2])
+    solved.grad = None
+    cpinn.torch.family_function(carrying)(solved)[:, 2, 17].sum().backward()  # a moment
+    assert numpy.array_equal(solved.grad.numpy(), carried.jacobian[::40, 2, 17])
 
 # JAX.
 try:

@@ -293,7 +293,9 @@ static ad_status create_slopes(solve_members *x, ad_error *error)
     }
     for (int i = 0; i < x->threads && status == AD_OK; i++) {
         solve_rod *changes;
-        status = solve_rod_create_changes(&x->open, &x->parameters, &changes, error);
+        status = x->count > 0 /* else it is not asked what changes */
+                     ? solve_rod_create_changes(&x->open, &x->parameters, &changes, error)
+                     : solve_rod_create_open(&x->open, &x->parameters, &changes, error);
         if (status == AD_OK) {
             status = strain_jacobian_create(x->groups[i], changes, &x->slopes[i].jacobian, error);
         }
@@ -310,7 +312,7 @@ typedef struct derived {
     size_t members;
     const double *parameters, *curvature;
     int from;
-    double *jacobian;
+    strain_derived to;
 } derived;
 
 static void derive_group(void *context, int item, int thread)
@@ -319,23 +321,25 @@ static void derive_group(void *context, int item, int thread)
     const solve_members *x = of->x;
     slope *by = &x->slopes[thread];
     const size_t first = LANES * (size_t)item, left = of->members - first, count = (size_t)x->count;
+    const size_t points = first * x->points, slopes = points * (count - (size_t)of->from);
+    const strain_derived to = {after(of->to.jacobian, slopes * SOLVE_MEMBERS_COLUMNS),
+                               after(of->to.forces, points * SOLVE_MEMBERS_FORCES),
+                               after(of->to.by, slopes * SOLVE_MEMBERS_FORCES)};
     if (by->status == AD_OK) {
         by->status = strain_jacobian_run(
             by->jacobian, left < LANES ? left : LANES, of->parameters + first * count,
-            of->curvature + first * 3 * solve_members_nodes(x), of->from,
-            of->jacobian + first * x->points * SOLVE_MEMBERS_COLUMNS * (count - (size_t)of->from),
-            &by->error);
+            of->curvature + first * 3 * solve_members_nodes(x), of->from, &to, &by->error);
     }
 }
 
-ad_status solve_members_jacobian(solve_members *solver, size_t members, const double *parameters,
-                                 const double *curvature, int from, double *jacobian,
-                                 ad_error *error)
+ad_status solve_members_forces(solve_members *solver, size_t members, const double *parameters,
+                               const double *curvature, int from, double *jacobian, double *forces,
+                               double *by, ad_error *error)
 {
-    derived of = {solver, members, parameters, curvature, from, jacobian};
-    ad_status status =
-        solver->count == from || solver->slopes ? AD_OK : create_slopes(solver, error);
-    if (status != AD_OK || solver->count == from) {
+    derived of = {solver, members, parameters, curvature, from, {jacobian, forces, by}};
+    const bool nothing = solver->count == from && !forces;
+    ad_status status = nothing || solver->slopes ? AD_OK : create_slopes(solver, error);
+    if (status != AD_OK || nothing) {
         return status;
     }
     for (int i = 0; i < solver->threads; i++) {
@@ -349,6 +353,14 @@ ad_status solve_members_jacobian(solve_members *solver, size_t members, const do
         }
     }
     return status;
+}
+
+ad_status solve_members_jacobian(solve_members *solver, size_t members, const double *parameters,
+                                 const double *curvature, int from, double *jacobian,
+                                 ad_error *error)
+{
+    return solve_members_forces(solver, members, parameters, curvature, from, jacobian, NULL, NULL,
+                                error);
 }
 
 /* ---- where curvature is given -------------------------------------------------------------- */

@@ -29,6 +29,7 @@ extern "C" {
 #endif
 
 enum { SOLVE_MEMBERS_COLUMNS = 13 }; /* r in m, q, v, u in 1/m; as a model's first columns */
+enum { SOLVE_MEMBERS_FORCES = 6 };   /* n in N, m in N m; its next ones */
 
 typedef struct solve_members_settings {
     double tolerance; /* > 0; of the position, over the length */
@@ -126,6 +127,15 @@ ad_status solve_members_curvature(solve_members *solver, size_t members, const d
 ad_status solve_members_jacobian(solve_members *solver, size_t members, const double *parameters,
                                  const double *curvature, int from, double *jacobian,
                                  ad_error *error);
+
+/* The same, jacobian, with force and moment in the rod, body, forces
+ * [members][points][SOLVE_MEMBERS_FORCES], and their derivatives, by
+ * [members][points][SOLVE_MEMBERS_FORCES][parameter_count - from]; each may be NULL. They are those
+ * of rod and actuators together, as the balance has them (strain_form.h): 0 where nothing acts but
+ * actuators. Where something jumps within the rod they are of the piece before. */
+ad_status solve_members_forces(solve_members *solver, size_t members, const double *parameters,
+                               const double *curvature, int from, double *jacobian, double *forces,
+                               double *by, ad_error *error);
 
 /* The stability margin of equilibria next to this curvature, margin [members], and its derivatives
  * by the parameters, by [members][parameter_count], or NULL. It is the least of the second

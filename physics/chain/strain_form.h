@@ -232,10 +232,10 @@ void strain_form_apply(strain_form *form, const lanes *direction, lanes *result)
 
 /* The change of the residual by a direction and by sources, as strain_form_apply but with the turns
  * of Magnus' steps as they are, of one substep: the matrix leaves out what finite steps add. Then
- * strains [nodes] (v, u) are what these change by. */
+ * strains [nodes] (v, u) are what these change by, and carried [nodes] what N and M do, or NULL. */
 void strain_form_steps(strain_form *form, lanes (*steps)[3][3][3]);
 void strain_form_change(strain_form *form, const strain_sources *sources, const lanes *direction,
-                        lanes *result, lanes (*strains)[6]);
+                        lanes *result, lanes (*strains)[6], lanes (*carried)[6]);
 
 /* right becomes the step to subtract, by elimination in all lanes: element by element where
  * curvatures alone are sought, else of the full matrix. A singular one gives numbers that are none.

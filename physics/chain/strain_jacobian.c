@@ -1,6 +1,7 @@
 #include "physics/chain/strain_jacobian.h"
 
 #include "physics/chain/strain_inline.h"
+#include "physics/chain/strain_jacobian_internal.h"
 
 #include <stdlib.h>
 
@@ -10,35 +11,6 @@ static const double SLACK = 1e-7;
 /* The matrix of the elimination leaves out what Magnus' steps of finite length add: each time that
  * share of what is missing is left. Where more is sought than the curvature, steps before. */
 enum { AGAIN = 2, SETTLED = 2 };
-
-/* At a point: what actuators and the law of the section leave of the wrench, (1 + C T_vv)^-1, T_uv.
- */
-typedef struct softness {
-    lanes left[6], inverse[3][3], turned[3][3];
-} softness;
-
-/* The shape on the finer mesh, as it changes: u and v, and rates of the turn and of the position.
- */
-typedef struct finer {
-    lanes *u, *v, *turning, *slopes; /* [nodes][3] */
-    lanes (*edges)[2][3];            /* [elements + 1] turn, position */
-} finer;
-
-struct strain_jacobian {
-    strain_group *group;
-    solve_rod *changes;
-    strain_level by;              /* has what numbers change by */
-    double *values[STRAIN_PARTS]; /* of parts by all parameters */
-    double *growth;               /* [LANES][outputs][count] */
-    double *room;                 /* for strain_level_find */
-    strain_sources sources;
-    softness *softness;             /* [nodes] */
-    lanes *sought, *left, *strains; /* [unknowns] what changes; [nodes][6]; [nodes][3] u or v */
-    finer fine;
-    lanes *columns; /* [count][outputs][SOLVE_MEMBERS_COLUMNS] of one parameter after the other, or
-                     * of several in different lanes */
-    void *memory;
-};
 
 void strain_jacobian_free(strain_jacobian *jacobian)
 {
@@ -56,16 +28,6 @@ void strain_jacobian_free(strain_jacobian *jacobian)
 }
 
 /* ---- making -------------------------------------------------------------------------------- */
-
-static strain_level *level_of(const strain_jacobian *x)
-{
-    return &x->group->level[x->group->modes];
-}
-
-static strain_level *fine_of(const strain_jacobian *x)
-{
-    return level_of(x) + STRAIN_BEYOND;
-}
 
 static bool allocate_lanes(strain_jacobian *x)
 {
@@ -88,12 +50,16 @@ static bool allocate_lanes(strain_jacobian *x)
                  {&x->sought, unknowns},
                  {&x->left, nodes * 6},
                  {&x->strains, nodes * 3},
+                 {&x->carried, nodes * 6},
                  {&x->fine.u, finer * 3},
                  {&x->fine.v, finer * 3},
                  {&x->fine.turning, finer * 3},
                  {&x->fine.slopes, finer * 3},
+                 {&x->fine.carried, finer * 6},
                  {&x->fine.edges, finer_edges * 6},
-                 {&x->columns, (size_t)x->group->count * outputs * SOLVE_MEMBERS_COLUMNS}};
+                 {&x->forces, 2 * outputs * SOLVE_MEMBERS_FORCES},
+                 {&x->turns, outputs * 3},
+                 {&x->columns, (size_t)x->group->count * outputs * STRAIN_DERIVED}};
     enum { PARTS = sizeof parts / sizeof *parts };
     size_t all = 0;
     for (int i = 0; i < PARTS; i++) {
@@ -411,20 +377,21 @@ static void linearise(strain_jacobian *x)
     strain_group_evaluate(x->group, x->group->modes + STRAIN_BEYOND);
 }
 
-/* x->sought, and strains by it. */
-static void solve(strain_jacobian *x)
+/* x->sought, and strains by it, and what is carried where that is asked for. */
+static void solve(strain_jacobian *x, bool carries)
 {
     strain_form *form = level_of(x)->form;
     lanes(*strains)[6] = (lanes(*)[6])x->left;
     memset(x->sought, 0, (size_t)form->unknowns * sizeof *x->sought);
     for (int k = 0; k <= (form->is_unloaded ? 0 : AGAIN); k++) {
-        strain_form_change(form, &x->sources, x->sought, form->right, strains);
+        strain_form_change(form, &x->sources, x->sought, form->right, strains, NULL);
         strain_form_solve_change(form, SLACK);
         for (int i = 0; i < form->unknowns; i++) {
             x->sought[i] -= form->right[i];
         }
     }
-    strain_form_change(form, &x->sources, x->sought, form->right, strains);
+    strain_form_change(form, &x->sources, x->sought, form->right, strains,
+                       carries ? x->carried : NULL);
     for (int i = 0; i < form->nodes; i++) {
         memcpy(x->strains + 3 * i, strains[i], 3 * sizeof *x->strains);
     }
@@ -433,126 +400,29 @@ static void solve(strain_jacobian *x)
     strain_level_sample(link, level_of(x), fine_of(x), 3, x->strains, x->fine.v);
 }
 
-/* ---- shapes -------------------------------------------------------------------------------- */
-
-/* The mesh is so fine that the integral of R du is that of its steps. */
-PROCESSOR_INLINE void place_points(strain_jacobian *x)
-{
-    strain_form *form = fine_of(x)->form;
-    const int n = form->kind.stages;
-    finer *fine = &x->fine;
-    memcpy(fine->edges[0][0], x->sources.start[1], sizeof fine->edges[0][0]);
-    memcpy(fine->edges[0][1], x->sources.start[0], sizeof fine->edges[0][1]);
-    for (int e = 0; e < form->kind.elements; e++) {
-        lanes(*turning)[3] = (lanes(*)[3])fine->turning + e * n;
-        lanes(*slopes)[3] = (lanes(*)[3])fine->slopes + e * n;
-        lanes at[GAUSS_STAGES_MAX][3];
-        for (int j = 0; j < n; j++) {
-            apply(form->at[e * n + j].R, fine->u + 3 * (e * n + j), turning[j]);
-        }
-        integrate_on(form, e, turning, fine->edges[e][0], at, fine->edges[e + 1][0]);
-        for (int j = 0; j < n; j++) {
-            strain_node *node = &form->at[e * n + j];
-            lanes_vector_cross(at[j], node->slope, slopes[j]);
-            add_applied(node->R, fine->v + 3 * (e * n + j), slopes[j]);
-        }
-        integrate_on(form, e, slopes, fine->edges[e][1], at, fine->edges[e + 1][1]);
-    }
-}
-
-/* Sums of weights times three of a field at the points of an element. */
-PROCESSOR_INLINE void weigh(int count, const double *weights, double by, const lanes *field,
-                            lanes to[3])
-{
-    for (int c = 0; c < 3; c++) {
-        lanes sum = NO_LANES;
-        for (int j = 0; j < count; j++) {
-            sum += weights[j] * field[3 * j + c];
-        }
-        to[c] += by * sum;
-    }
-}
-
-/* Columns as strain_level_evaluate has them, in SI. */
-FOR_EACH_PROCESSOR static void find_columns(strain_jacobian *x, lanes *columns)
-{
-    const strain_form *form = fine_of(x)->form;
-    const int n = form->kind.stages;
-    const double length = x->group->rod->scales.length;
-    place_points(x);
-    for (int k = 0; k < fine_of(x)->outputs; k++) {
-        const strain_output *out = &fine_of(x)->output[k];
-        const lanes *q = x->group->values + k * SOLVE_MEMBERS_COLUMNS + 3;
-        const int e = out->element, first = 3 * e * n;
-        lanes *to = columns + k * SOLVE_MEMBERS_COLUMNS, turn[4] = {{0}}, twice[4];
-        memset(to, 0, SOLVE_MEMBERS_COLUMNS * sizeof *to);
-        memcpy(to, x->fine.edges[e][1], sizeof x->fine.edges[e][1]);
-        memcpy(turn + 1, x->fine.edges[e][0], sizeof x->fine.edges[e][0]);
-        weigh(n, out->integrate, form->width[e], x->fine.slopes + first, to);
-        weigh(n, out->integrate, form->width[e], x->fine.turning + first, turn + 1);
-        lanes_quaternion_product(turn, q, twice);
-        weigh(n, out->interpolate, 1, x->fine.v + first, to + 7);
-        weigh(n, out->interpolate, 1 / length, x->fine.u + first, to + 10);
-        for (int c = 0; c < 4; c++) {
-            to[3 + c] = 0.5 * twice[c];
-        }
-        for (int c = 0; c < 3; c++) {
-            to[c] *= length;
-        }
-    }
-}
-
-/* Strains are by metres as they are written, which change; and of lanes without an equilibrium
- * nothing is a number. */
-static void correct_columns(const strain_jacobian *x, const int *which, lanes *columns)
-{
-    const int outputs = fine_of(x)->outputs, count = x->group->count;
-    const bool grows = solve_rod_part_kind(x->changes, SOLVE_GROWTH).width > 0;
-    for (int lane = 0; lane < LANES; lane++) {
-        const bool is_good = isfinite(x->sought[0][lane]);
-        for (int i = 0; i < outputs * SOLVE_MEMBERS_COLUMNS && (grows || !is_good); i++) {
-            const int at = lane * outputs + i / SOLVE_MEMBERS_COLUMNS;
-            if (!is_good) {
-                columns[i][lane] = NAN;
-            } else if (i % SOLVE_MEMBERS_COLUMNS >= 7) {
-                columns[i][lane] -= x->group->values[i][lane] * x->growth[at * count + which[lane]];
-                columns[i][lane] /= x->group->growth[at];
-            }
-        }
-    }
-}
-
-/* Of `count` parameters, of which as many `copies` as there is room for are side by side: row by
- * row, as memory is written. */
-static void put_columns(const strain_jacobian *x, size_t members, size_t copies, size_t count,
-                        double *jacobian)
-{
-    const size_t width = (size_t)fine_of(x)->outputs * SOLVE_MEMBERS_COLUMNS;
-    for (size_t i = 0; i < width; i++) {
-        const lanes *from = x->columns + i;
-        for (size_t k = 0; k < count; from += width) {
-            for (size_t lane = 0; lane < copies * members && k < count; k++) {
-                for (size_t member = 0; member < members; member++, lane++) {
-                    jacobian[(member * width + i) * count + k] = (*from)[lane];
-                }
-            }
-        }
-    }
-}
+/* ---- all together -------------------------------------------------------------------------- */
 
 ad_status strain_jacobian_run(strain_jacobian *x, size_t members, const double *parameters,
-                              const double *curvature, int from, double *jacobian, ad_error *error)
+                              const double *curvature, int from, const strain_derived *to,
+                              ad_error *error)
 {
     const int count = x->group->count, copies = LANES / (int)members;
-    const size_t width = (size_t)fine_of(x)->outputs * SOLVE_MEMBERS_COLUMNS;
+    const size_t outputs = (size_t)fine_of(x)->outputs;
+    const bool slopes = to->jacobian || to->by;
     ad_status status = strain_group_take(x->group, members, parameters, curvature, error);
-    status = status == AD_OK ? find_changes(x, error) : status;
+    status = status == AD_OK && slopes ? find_changes(x, error) : status;
     if (status != AD_OK) {
         return status;
     }
     linearise(x);
-    for (int first = from; first < count; first += copies) {
-        lanes *columns = x->columns + (size_t)((first - from) / copies) * width;
+    if (to->forces || to->by) {
+        strain_columns_carry(x);
+    }
+    if (to->forces) {
+        strain_columns_put_forces(x, members, to->forces);
+    }
+    for (int first = from; first < count && slopes; first += copies) {
+        lanes *columns = x->columns + (size_t)((first - from) / copies) * outputs * STRAIN_DERIVED;
         int which[LANES];
         for (int lane = 0; lane < LANES; lane++) { /* of each parameter all members */
             const int parameter = first + lane / (int)members;
@@ -562,10 +432,9 @@ ad_status strain_jacobian_run(strain_jacobian *x, size_t members, const double *
                                   (const double *const *)x->values);
         find_sources(x);
         find_loads(x);
-        solve(x);
-        find_columns(x, columns);
-        correct_columns(x, which, columns);
+        solve(x, to->by != NULL);
+        strain_columns_find(x, to->by != NULL, which, columns);
     }
-    put_columns(x, members, (size_t)copies, (size_t)(count - from), jacobian);
+    strain_columns_put(x, members, (size_t)copies, (size_t)(count - from), to);
     return AD_OK;
 }

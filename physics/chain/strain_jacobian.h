@@ -3,7 +3,8 @@
  *
  *   dG/dp = G_p - G_u F_u^-1 F_p                                   (implicit function theorem)
  *
- * on the mesh on which curvature is given, and exact ones of it. F_p and G_p follow from
+ * on the mesh on which curvature is given, and exact ones of it. Force and moment in the rod are of
+ * the shape, too. F_p and G_p follow from
  * derivatives of what is given (solve_rod_create_changes) and of laws by their numbers
  * (physics/law/law.h). */
 #ifndef PHYSICS_CHAIN_STRAIN_JACOBIAN_H
@@ -19,9 +20,16 @@ ad_status strain_jacobian_create(strain_group *group, solve_rod *changes, strain
                                  ad_error *error);
 void strain_jacobian_free(strain_jacobian *jacobian); /* NULL is allowed */
 
-/* jacobian [members][outputs][SOLVE_MEMBERS_COLUMNS][count] of `members`, at most LANES, as
- * solve_members_jacobian. */
+/* Each may be NULL. */
+typedef struct strain_derived {
+    double *jacobian; /* [members][outputs][SOLVE_MEMBERS_COLUMNS][count - from] */
+    double *forces;   /* [members][outputs][SOLVE_MEMBERS_FORCES] */
+    double *by;       /* [members][outputs][SOLVE_MEMBERS_FORCES][count - from] */
+} strain_derived;
+
+/* Of `members`, at most LANES, as solve_members_forces. */
 ad_status strain_jacobian_run(strain_jacobian *of, size_t members, const double *parameters,
-                              const double *curvature, int from, double *jacobian, ad_error *error);
+                              const double *curvature, int from, const strain_derived *to,
+                              ad_error *error);
 
 #endif

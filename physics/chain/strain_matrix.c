@@ -578,7 +578,7 @@ void strain_form_apply(strain_form *form, const lanes *direction, lanes *result)
 
 FOR_EACH_PROCESSOR static void change_given(strain_form *form, const strain_sources *sources,
                                             const lanes *direction, lanes *result,
-                                            lanes (*strains)[6])
+                                            lanes (*strains)[6], lanes (*carried)[6])
 {
     changed *points = form->columns;
     const bool apart = is_apart(form);
@@ -593,13 +593,20 @@ FOR_EACH_PROCESSOR static void change_given(strain_form *form, const strain_sour
         } else {
             change_strains(form, i, direction, &points[i], strains[i]);
         }
+        if (carried) { /* nothing, where points are apart */
+            memset(carried[i], 0, sizeof carried[i]);
+        }
+        if (carried && !apart) {
+            memcpy(carried[i], points[i].force, sizeof points->force);
+            memcpy(carried[i] + 3, points[i].moment, sizeof points->moment);
+        }
     }
 }
 
 void strain_form_change(strain_form *form, const strain_sources *sources, const lanes *direction,
-                        lanes *result, lanes (*strains)[6])
+                        lanes *result, lanes (*strains)[6], lanes (*carried)[6])
 {
-    change_given(form, sources, direction, result, strains);
+    change_given(form, sources, direction, result, strains, carried);
 }
 
 FOR_EACH_PROCESSOR static void find_steps(strain_form *form, lanes (*steps)[3][3][3])

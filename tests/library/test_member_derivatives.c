@@ -7,7 +7,13 @@
 #include <math.h>
 #include <string.h>
 
-enum { POINTS = 4, COLUMNS = SOLVE_MEMBERS_COLUMNS, WIDTH = POINTS * COLUMNS, PARAMETERS = 3 };
+enum {
+    POINTS = 4,
+    COLUMNS = SOLVE_MEMBERS_COLUMNS + SOLVE_MEMBERS_FORCES,
+    FIRST_FORCE = SOLVE_MEMBERS_COLUMNS,
+    WIDTH = POINTS * COLUMNS,
+    PARAMETERS = 3
+};
 
 static const cpinn_polish alone = {.alone = true};
 
@@ -87,6 +93,11 @@ static const struct {
                      "  end: {type: clamped, position: [0.01, 0.02 + 0.005*b, 0.2985], "
                      "rotation: [1, 0.05*a, 0.02, 0]}}\n"
                      "loads: {force: [0.003, 0, 0]}\n"},
+    {"grown", FAMILY "}\nrod: {model: cosserat, section: {shape: circle, radius: 2e-3},\n"
+                     "  material: {youngs_modulus: young, poissons_ratio: 0.4, density: 1200}}\n"
+                     "segments: [{length: 0.08 + 0.04*a}, {length: 0.2, turn: [0, 0.3, 0]}]\n"
+                     "loads: {gravity: [0, 0, -0.981], tip: {force: [0.002, 0.003*b, 0]}}\n"
+                     "tendons: [{offset: [0.004, 0], tension: 0.5*a}]\n"},
     {"law",
      FAMILY "}\nrod: {model: cosserat, length: 0.3, section: {shape: circle, radius: 2e-3},\n"
             "  material: {density: 2e-4*young}, law: {file: configs/law/neo_hooke.csv}, "
@@ -123,12 +134,43 @@ static void differ(const char *name, cpinn_family *x, const double *at, int para
     }
 }
 
-/* To 1e-7 of the largest, each of positions, rotations, strains and curvatures: where members are
- * solved to 1e-12 the worst are within 2e-8. Strains of a rod without any stay without. */
+/* Forces and moments are those of the other solver, whose mesh and unknowns are others: to ten
+ * times what it is asked for, of the largest, or of EI/L^2 and EI/L where these are less. */
+static void compare_values(const char *name, cpinn_family *x, const scene *open, const double *at,
+                           const double *s, const double values[WIDTH])
+{
+    static const double TOLERANCE = 1e-9, unit[] = {1.4e-3, 4e-4};
+    static double solved[MODEL_COLUMNS_MAX * POINTS];
+    cpinn_solution *found = NULL;
+    scene one;
+    ad_error error = {.message = ""};
+    scene_member(open, at, &one);
+    assert_good(cpinn_solve_scene(&one, TOLERANCE, 0, NULL, &found, &error), name, &error);
+    assert_good(cpinn_solution_evaluate(found, POINTS, s, NULL, solved, &error), name, &error);
+    for (int part = 0; part < 2; part++) {
+        double largest = unit[part], off = 0;
+        for (int c = FIRST_FORCE + 3 * part; c < FIRST_FORCE + 3 * part + 3; c++) {
+            assert_string_equal(cpinn_family_column_name(x, c),
+                                cpinn_solution_column_name(found, c));
+            for (int i = 0; i < POINTS; i++) {
+                largest = fmax(largest, fabs(solved[c * POINTS + i]));
+                off = fmax(off, fabs(values[i * COLUMNS + c] - solved[c * POINTS + i]));
+            }
+        }
+        if (!(off <= 10 * TOLERANCE * largest)) {
+            fail_msg("%s: %s off by %g of %g", name, part ? "moment" : "force", off, largest);
+        }
+    }
+    cpinn_solution_free(found);
+}
+
+/* To 1e-7 of the largest, each of positions, rotations, strains, curvatures, forces and moments:
+ * where members are solved to 1e-12 the worst are within 4e-8. Strains of a rod without any stay
+ * without, and forces of one on which nothing acts but tendons. */
 static void compare(const char *name, const double *jacobian, int parameter, const double *by)
 {
-    static const int first[] = {0, 3, 7, 10, COLUMNS};
-    for (int part = 0; part < 4; part++) {
+    static const int first[] = {0, 3, 7, 10, FIRST_FORCE, FIRST_FORCE + 3, COLUMNS};
+    for (int part = 0; part < 6; part++) {
         double largest = 0, off = 0;
         for (int i = 0; i < WIDTH; i++) {
             if (i % COLUMNS >= first[part] && i % COLUMNS < first[part + 1]) {
@@ -168,9 +210,10 @@ static void compare_alone(const char *name, cpinn_family *x)
 static void test_derivatives(void **state)
 {
     (void)state;
-    static const double s[POINTS] = {0.06, 0.13, 0.21, 0.3}, at[PARAMETERS] = {0.96e7, 0.5, 0.2};
+    /* Where something jumps, too. */
+    static const double s[POINTS] = {0.06, 0.1, 0.2, 0.3}, at[PARAMETERS] = {0.96e7, 0.5, 0.2};
     static double values[WIDTH], jacobian[WIDTH * PARAMETERS], by[WIDTH];
-    const cpinn_family_settings settings = {.threads = 1, .points = POINTS, .s = s};
+    const cpinn_family_settings settings = {.threads = 1, .points = POINTS, .s = s, .forces = true};
     for (size_t i = 0; i < sizeof scenes / sizeof *scenes; i++) {
         const char *name = scenes[i].name;
         config *read = NULL;
@@ -184,6 +227,8 @@ static void test_derivatives(void **state)
         if (said.source != CPINN_FROM_MEMBERS || !(said.error <= 1e-11)) {
             fail_msg("%s: %s, error %g", name, cpinn_reason_word(said.reason), said.error);
         }
+        assert_int_equal(cpinn_family_columns(x), COLUMNS);
+        compare_values(name, x, &read->scene, at, s, values);
         for (int k = 0; k < PARAMETERS; k++) {
             differ(name, x, at, k, by);
             compare(name, jacobian, k, by);

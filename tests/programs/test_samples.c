@@ -15,7 +15,7 @@ static const char pushed[] = ROD "parameters: {push: {range: [0.5, 2]}}\n"
                                  "loads: {tip: {force: [push, 0, 0]}}\n";
 static const char rollup[] = ROD "loads: {tip: {moment: [0, 1, 0]}}\n";
 
-enum { POINTS = 5, MEMBERS = 3, POSE = 7 };
+enum { POINTS = 5, MEMBERS = 3, POSE = 7, COLUMNS = SOLVE_MEMBERS_COLUMNS + SOLVE_MEMBERS_FORCES };
 
 static void ask(samples *p, const answer *a)
 {
@@ -53,7 +53,8 @@ static void test_members(void **state)
     assert_good(prepare_read("pushed.yaml", pushed, 0, NULL, &settings, &error), &error);
     const scene *open = &settings->scene;
     samples all = points_along(open), one = points_along(open);
-    const cpinn_family_settings asked = {.threads = 1, .points = POINTS, .s = all.s};
+    const cpinn_family_settings asked = {
+        .threads = 1, .points = POINTS, .s = all.s, .forces = true};
     assert_good(cpinn_family_prepare(open, 1e-6, &asked, &family, &error), &error);
     all.members = MEMBERS;
     all.parameters = malloc(MEMBERS * sizeof *all.parameters);
@@ -82,8 +83,8 @@ static void test_members(void **state)
     assert_good(samples_fill(&all, true, &table, &error), &error);
     const table_source *t = &table.of.table;
     assert_int_equal(t->nrows, MEMBERS * POINTS);
-    assert_int_equal(t->ncols, 2 + SOLVE_MEMBERS_COLUMNS + 5 + SOLVE_MEMBERS_COLUMNS);
-    assert_string_equal(t->names[7 + SOLVE_MEMBERS_COLUMNS], "x_by_push");
+    assert_int_equal(t->ncols, 2 + COLUMNS + 5 + COLUMNS);
+    assert_string_equal(t->names[7 + COLUMNS], "x_by_push");
     assert_string_equal(t->names[1], "s"); /* at rest there is no t */
     assert_string_equal(t->names[2], "x");
     assert_string_equal(t->units[2], "m");
@@ -91,9 +92,9 @@ static void test_members(void **state)
         assert_true(t->columns[0][row] == (double)(row / POINTS + 1));
         assert_true(t->columns[1][row] == all.s[row % POINTS]);
         assert_true(t->columns[2][row] == all.values[row]);
-        assert_string_equal(t->words[5 + SOLVE_MEMBERS_COLUMNS][row], "members");
-        assert_string_equal(t->words[6 + SOLVE_MEMBERS_COLUMNS][row], "none");
-        assert_true(t->columns[7 + SOLVE_MEMBERS_COLUMNS][row] == all.slopes[row]);
+        assert_string_equal(t->words[5 + COLUMNS][row], "members");
+        assert_string_equal(t->words[6 + COLUMNS][row], "none");
+        assert_true(t->columns[7 + COLUMNS][row] == all.slopes[row]);
     }
     for (size_t k = 0; k < t->nrows * (size_t)all.columns; k++) {
         assert_false(all.values[k] == 0 && signbit(all.values[k]));

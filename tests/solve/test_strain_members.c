@@ -5,6 +5,7 @@
 #include "good.h"
 #include "random_numbers.h"
 
+#include "physics/numerics/quaternion.h"
 #include "physics/solve/solve.h"
 #include "tools/library/cpinn.h"
 #include "tools/prepare/prepare.h"
@@ -389,6 +390,52 @@ static void test_derivatives(void **state)
             assert_near(jacobian[k][i], by, k % SOLVE_MEMBERS_COLUMNS < 10 ? 1e-6 : 1e-4);
         }
     }
+}
+
+/* Force and moment by the balance alone, of a rod with a load at its end and no parameter: R^T F
+ * and R^T ((r(L) - r) x F + C), of its own shape. */
+static void test_forces(void **state)
+{
+    (void)state;
+    enum { AT = 3 };
+    static const double s[AT] = {0, 0.3, 0.8}, F[] = {0.3, -0.2, 0.1}, C[] = {0.02, 0.05, -0.1};
+    static const char text[] =
+        "rod: {model: kirchhoff, length: 0.8, stiffness: {bending: [0.5, 0.4], torsion: 0.3}}\n"
+        "loads: {tip: {force: [0.3, -0.2, 0.1], moment: [0.02, 0.05, -0.1]}}\n";
+    const solve_members_settings settings = {1e-9, 1, AT, s, NULL};
+    double values[AT][SOLVE_MEMBERS_COLUMNS], forces[AT][SOLVE_MEMBERS_FORCES];
+    double curvature[3 * NODES_MOST];
+    solve_members *x = NULL;
+    solve_member said;
+    ad_error error = {.message = ""};
+    config *given = read_text(text, &error);
+    assert_non_null(given);
+    assert_good(solve_members_create(&given->scene, &settings, &x, &error), &error);
+    assert_good(solve_members_curvature(x, 1, NULL, NULL, curvature, &said, &error), &error);
+    assert_true(said.solved);
+    assert_good(solve_members_refine(x, 1, NULL, curvature, 0, values[0], NULL, NULL, &error),
+                &error);
+    assert_good(solve_members_forces(x, 1, NULL, curvature, 0, NULL, forces[0], NULL, &error),
+                &error);
+    for (int i = 0; i < AT; i++) {
+        double arm[3], M[3], n[3], m[3], R[3][3];
+        for (int c = 0; c < 3; c++) {
+            arm[c] = values[AT - 1][c] - values[i][c];
+        }
+        vector_cross(arm, F, M);
+        for (int c = 0; c < 3; c++) {
+            M[c] += C[c];
+        }
+        rotation_matrix(values[i] + 3, R);
+        to_body(R, F, n);
+        to_body(R, M, m);
+        for (int c = 0; c < 3; c++) { /* M is a polynomial of the mesh: 3e-9 of a few tenths N m */
+            assert_near(forces[i][c], n[c], 1e-14);
+            assert_near(forces[i][3 + c], m[c], 1e-8);
+        }
+    }
+    solve_members_free(x);
+    config_free(given);
 }
 
 /* A rod that does not stretch is bent by a tendon beside its axis to an arc. With the angle theta =
@@ -817,6 +864,7 @@ int main(void)
         cmocka_unit_test(test_buckled_by_moment),
         cmocka_unit_test(test_predicted),
         cmocka_unit_test(test_trusted),
+        cmocka_unit_test(test_forces),
         cmocka_unit_test(test_arc),
         OF(sliding, against_collocation),
         OF(moved, against_collocation),

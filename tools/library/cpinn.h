@@ -249,6 +249,11 @@ typedef struct cpinn_family_settings {
                       * values differ by less than the error that is told */
     const ad_ranks *ranks; /* borrowed; among which members are dealt: all of them call the same
                             * functions; NULL: this process is by itself */
+    bool forces;           /* where the solver of members takes the scene, n1 to m3 are columns,
+                            * too: force and moment in the rod, of rod and actuators together
+                            * (solve_members_forces). They are at the equilibrium of the answer,
+                            * whatever the polish, and not numbers where its derivatives are none.
+                            * Then no C is compiled */
 } cpinn_family_settings;
 
 /* A family from a folder of a run, its checkpoint.h5 or any such file. AD_BAD_ARGUMENT: the scene
@@ -270,7 +275,8 @@ ad_status cpinn_family_file(const char *path, int count, const char *const *over
 int cpinn_family_parameters(const cpinn_family *family);
 const scene_parameter *cpinn_family_parameter(const cpinn_family *family, int index);
 
-/* Columns of a shape: those of solve_members, of other scenes all of the model. */
+/* Columns of a shape: those of solve_members, with settings.forces the next of the model, too; of
+ * other scenes all of the model. */
 int cpinn_family_columns(const cpinn_family *family);
 const char *cpinn_family_column_name(const cpinn_family *family, int column);
 
@@ -299,7 +305,7 @@ ad_status cpinn_family_evaluate(cpinn_family *family, const cpinn_polish *polish
 
 /* The same answers with their derivatives by the parameters, jacobian [members][points][columns]
  * [parameters] in SI units. At rest, where the solver of members takes the scene, they are those of
- * the equilibrium of the answer (solve_members_jacobian), also of one that is solved. They are not
+ * the equilibrium of the answer (solve_members_forces), also of one that is solved. They are not
  * numbers where only solution_create finds the equilibrium, and a step on the mesh of members leads
  * away from it. Of other scenes they are those of the network. AD_BAD_ARGUMENT: as above. */
 ad_status cpinn_family_jacobian(cpinn_family *family, size_t members, const double *parameters,

@@ -129,9 +129,9 @@ static ad_status answer_plain(cpinn_family *family, size_t members, const double
     return status;
 }
 
-/* family->curvature is, where there is a solver and a jacobian is asked for, that of the equilibria
- * which two steps arrive at; without a solver the jacobian is the network's. */
-static ad_status answer_by_network(cpinn_family *family, int steps, size_t members,
+/* family->curvature is, where there is a solver which `keeps` it, that of the equilibria which two
+ * steps arrive at; without a solver the jacobian is the network's. */
+static ad_status answer_by_network(cpinn_family *family, int steps, bool keeps, size_t members,
                                    const double *parameters, double *values, double *jacobian,
                                    cpinn_answer *answers, ad_error *error)
 {
@@ -166,7 +166,7 @@ static ad_status answer_by_network(cpinn_family *family, int steps, size_t membe
             answers[i] = answer_of(&family->refined[i]);
         }
     }
-    return status == AD_OK && jacobian
+    return status == AD_OK && keeps
                ? solve_members_refine(family->solver, members, parameters, curvature, 2, NULL,
                                       curvature, NULL, error)
                : status;
@@ -490,9 +490,10 @@ static ad_status is_met(cpinn_family *family, const double *parameters, const do
     return status;
 }
 
-/* Of equilibria; not numbers where nobody has an answer. */
-static ad_status differentiate(cpinn_family *family, size_t members, const double *parameters,
-                               const cpinn_answer *answers, double *jacobian, ad_error *error)
+/* Of equilibria, with forces where these are `wanted`; not numbers where nobody has an answer. */
+static ad_status differentiate(cpinn_family *family, bool wanted, size_t members,
+                               const double *parameters, const cpinn_answer *answers,
+                               double *jacobian, ad_error *error)
 {
     const size_t unknowns = 3 * family->nodes;
     ad_status status = AD_OK;
@@ -506,46 +507,83 @@ static ad_status differentiate(cpinn_family *family, size_t members, const doubl
             put_nothing(unknowns, family->curvature + i * unknowns);
         }
     }
-    return status == AD_OK ? solve_members_jacobian(family->solver, members, parameters,
-                                                    family->curvature, 0, jacobian, error)
-                           : status;
+    return status == AD_OK
+               ? solve_members_forces(family->solver, members, parameters, family->curvature, 0,
+                                      jacobian, wanted ? family->carried : NULL,
+                                      wanted && jacobian ? family->carried_by : NULL, error)
+               : status;
 }
 
-static ad_status answer_chunk(cpinn_family *family, const cpinn_polish *polish, size_t members,
-                              const double *parameters, double *values, double *jacobian,
-                              cpinn_answer *answers, ad_error *error)
+/* `wanted`: family->carried, too, and with a jacobian family->carried_by. */
+static ad_status answer_chunk(cpinn_family *family, const cpinn_polish *polish, bool wanted,
+                              size_t members, const double *parameters, double *values,
+                              double *jacobian, cpinn_answer *answers, ad_error *error)
 {
     const int steps = answers ? polish->steps : 0;
+    const bool keeps = jacobian || wanted;
     const bool solves = answers && family->solver && !polish->alone;
     const bool by_code =
         answer_by_code(family, steps, members, parameters, values, jacobian, answers);
     ad_status status =
         by_code ? AD_OK
         : is_without_network(family)
-            ? answer_by_members(family, jacobian, members, parameters, values, answers, error)
-            : answer_by_network(family, steps, members, parameters, values, jacobian, answers,
-                                error);
+            ? answer_by_members(family, keeps, members, parameters, values, answers, error)
+            : answer_by_network(family, steps, keeps, members, parameters, values, jacobian,
+                                answers, error);
     if (status == AD_OK && answers) {
         look_outside(family, members, parameters, values, answers);
     }
     if (status == AD_OK && solves && !is_without_network(family)) {
-        status =
-            solve_wanting(family, steps, jacobian, members, parameters, values, answers, error);
+        status = solve_wanting(family, steps, keeps, members, parameters, values, answers, error);
     }
     if (status == AD_OK && solves) {
-        status = solve_rest(family, jacobian, members, parameters, values, answers, error);
+        status = solve_rest(family, keeps, members, parameters, values, answers, error);
     }
-    return status == AD_OK && jacobian && family->solver && !by_code
-               ? differentiate(family, members, parameters, answers, jacobian, error)
+    return status == AD_OK && keeps && family->solver && !by_code
+               ? differentiate(family, wanted, members, parameters, answers, jacobian, error)
                : status;
 }
 
-ad_status cpinn_family_answer(cpinn_family *family, const cpinn_polish *polish, size_t members,
-                              const double *parameters, double *values, double *jacobian,
-                              cpinn_answer *answers, ad_error *error)
+/* Rows of `width` numbers become rows of `more` beside them, where they are; from the last on, as
+ * each moves back. */
+static void set_beside(size_t rows, size_t width, size_t more, const double *beside, double *values)
+{
+    for (size_t i = rows; i-- > 0;) {
+        double *to = values + i * (width + more);
+        memmove(to, values + i * width, width * sizeof *values);
+        memcpy(to + width, beside + i * more, more * sizeof *values);
+    }
+}
+
+/* The network alone says nothing of equilibria, of which forces are. */
+static ad_status answer_with_forces(cpinn_family *family, const cpinn_polish *polish,
+                                    size_t members, const double *parameters, double *values,
+                                    double *jacobian, cpinn_answer *answers, ad_error *error)
+{
+    static const cpinn_polish bare = {.alone = true};
+    const size_t rows = members * family->points, columns = (size_t)family->columns,
+                 count = (size_t)family->count;
+    const ad_status status =
+        answer_chunk(family, answers ? polish : &bare, true, members, parameters, values, jacobian,
+                     answers ? answers : family->unasked, error);
+    if (status == AD_OK) {
+        set_beside(rows, columns, SOLVE_MEMBERS_FORCES, family->carried, values);
+    }
+    if (status == AD_OK && jacobian) {
+        set_beside(rows, columns * count, SOLVE_MEMBERS_FORCES * count, family->carried_by,
+                   jacobian);
+    }
+    return status;
+}
+
+static ad_status answer_all(cpinn_family *family, const cpinn_polish *polish, bool forces,
+                            size_t members, const double *parameters, double *values,
+                            double *jacobian, cpinn_answer *answers, ad_error *error)
 {
     static const cpinn_polish usual = {.steps = 2};
-    const size_t count = (size_t)family->count, width = family->points * (size_t)family->columns;
+    const size_t count = (size_t)family->count;
+    const size_t width =
+        family->points * (size_t)(forces ? cpinn_family_columns(family) : family->columns);
     polish = polish ? polish : &usual;
     if (polish->steps < 0 || polish->steps > 2) {
         return ad_fail(error, AD_BAD_ARGUMENT, "%d steps; allowed: 0, 1, 2", polish->steps);
@@ -553,12 +591,29 @@ ad_status cpinn_family_answer(cpinn_family *family, const cpinn_polish *polish, 
     ad_status status = check_range(family, members, parameters, error);
     for (size_t first = 0; first < members && status == AD_OK; first += family->chunk) {
         const size_t left = members - first, now = left < family->chunk ? left : family->chunk;
-        status =
-            answer_chunk(family, polish, now, parameters + first * count, values + first * width,
-                         jacobian ? jacobian + first * width * count : NULL,
-                         answers ? answers + first : NULL, error);
+        const double *given = parameters + first * count;
+        double *to = values + first * width,
+               *slopes = jacobian ? jacobian + first * width * count : NULL;
+        cpinn_answer *said = answers ? answers + first : NULL;
+        status = forces ? answer_with_forces(family, polish, now, given, to, slopes, said, error)
+                        : answer_chunk(family, polish, false, now, given, to, slopes, said, error);
     }
     return status;
+}
+
+ad_status cpinn_family_answer(cpinn_family *family, const cpinn_polish *polish, size_t members,
+                              const double *parameters, double *values, double *jacobian,
+                              cpinn_answer *answers, ad_error *error)
+{
+    return answer_all(family, polish, family->forces, members, parameters, values, jacobian,
+                      answers, error);
+}
+
+ad_status cpinn_family_shapes(cpinn_family *family, const cpinn_polish *polish, size_t members,
+                              const double *parameters, double *values, double *jacobian,
+                              cpinn_answer *answers, ad_error *error)
+{
+    return answer_all(family, polish, false, members, parameters, values, jacobian, answers, error);
 }
 
 ad_status cpinn_family_margin(cpinn_family *family, size_t members, const double *parameters,

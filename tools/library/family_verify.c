@@ -213,10 +213,10 @@ static ad_status answer_batch(verifying *verifying, size_t first, size_t now, cp
     const double *given = verifying->parameters + first * verifying->count;
     ad_status status = AD_OK;
     for (size_t i = 0; i < now && status == AD_OK; i += most) {
-        status = cpinn_family_evaluate(
-            verifying->family, &ways[way], now - i < most ? now - i : most,
-            given + i * verifying->count, verifying->answered + i * verifying->width,
-            verifying->answers + i, error);
+        status = cpinn_family_shapes(verifying->family, &ways[way], now - i < most ? now - i : most,
+                                     given + i * verifying->count,
+                                     verifying->answered + i * verifying->width, NULL,
+                                     verifying->answers + i, error);
     }
     for (size_t i = 0; i < now && status == AD_OK; i++) {
         count_answer(verifying, way, first + i, verifying->answered + i * verifying->width,
@@ -236,10 +236,10 @@ static ad_status work(verifying *verifying, int what, size_t first, size_t membe
     const double *given = verifying->parameters + first * verifying->count;
     solve_members *solver = verifying->family->solver;
     return what < CPINN_WAY_COUNT
-               ? cpinn_family_evaluate(verifying->family, &ways[what], members, given,
-                                       verifying->answered, verifying->answers, error)
-           : what == BARE ? cpinn_family_evaluate(verifying->family, &ways[0], members, given,
-                                                  verifying->answered, NULL, error)
+               ? cpinn_family_shapes(verifying->family, &ways[what], members, given,
+                                     verifying->answered, NULL, verifying->answers, error)
+           : what == BARE ? cpinn_family_shapes(verifying->family, &ways[0], members, given,
+                                                verifying->answered, NULL, NULL, error)
            : solver       ? solve_members_solve(solver, members, given, verifying->answered,
                                                 verifying->solved, error)
                           : AD_OK;
@@ -363,7 +363,7 @@ ad_status cpinn_family_verify(cpinn_family *family, size_t members, uint64_t see
                    .members = members,
                    .count = (size_t)cpinn_family_parameters(family),
                    .points = family->points,
-                   .width = family->points * (size_t)cpinn_family_columns(family),
+                   .width = family->points * (size_t)family->columns,
                    .length = family->length,
                    .result = result};
     ad_status status = verify(&v, seed, error);

@@ -100,8 +100,8 @@ static ad_status draw(reaching *r, ad_error *error)
     }
     for (size_t i = 0; i < r->drawn && status == AD_OK; i += BATCH) {
         const size_t now = r->drawn - i < BATCH ? r->drawn - i : BATCH;
-        status = cpinn_family_evaluate(r->family, &alone, now, r->sample + i * r->count, r->values,
-                                       r->answers, error);
+        status = cpinn_family_shapes(r->family, &alone, now, r->sample + i * r->count, r->values,
+                                     NULL, r->answers, error);
         for (size_t k = 0; k < now && status == AD_OK; k++) {
             memcpy(r->tip + 3 * (i + k), r->values + k * r->width + tip_of(r), 3 * sizeof *r->tip);
         }
@@ -205,8 +205,8 @@ static ad_status seek_some(reaching *r, size_t tips, const double *places, seeke
         if (now == 0) {
             break;
         }
-        status =
-            cpinn_family_jacobian(r->family, now, r->at, r->values, r->jacobian, r->answers, error);
+        status = cpinn_family_shapes(r->family, NULL, now, r->at, r->values, r->jacobian,
+                                     r->answers, error);
         for (size_t k = 0; k < now && status == AD_OK; k++) {
             const size_t i = which[k];
             go_on(r, k, places + 3 * i, &seekers[i], parameters + i * r->count, &results[i]);

@@ -69,8 +69,9 @@ static ad_status create_solver(cpinn_family *family, ad_error *error)
 
 static ad_status make_room(cpinn_family *family, ad_error *error)
 {
-    const size_t width = family->points * (size_t)family->columns,
-                 most = CHUNK_NUMBERS / (width + 1);
+    const size_t count = (size_t)family->count, width = family->points * (size_t)family->columns,
+                 carried = family->forces ? family->points * SOLVE_MEMBERS_FORCES : 0,
+                 most = CHUNK_NUMBERS / (width + carried * (1 + count) + 1);
     family->chunk = most >= CHUNK ? CHUNK : most > 16 ? most / 16 * 16 : 16;
     family->curvature = malloc((3 * family->chunk * family->nodes + 1) * sizeof *family->curvature);
     family->found = malloc((3 * family->chunk * family->nodes + 1) * sizeof *family->found);
@@ -79,8 +80,12 @@ static ad_status make_room(cpinn_family *family, ad_error *error)
     family->which = malloc(family->chunk * sizeof *family->which);
     family->refined = malloc(family->chunk * sizeof *family->refined);
     family->solved = malloc(family->chunk * sizeof *family->solved);
+    family->carried = malloc((family->chunk * carried + 1) * sizeof *family->carried);
+    family->carried_by = malloc((family->chunk * carried * count + 1) * sizeof *family->carried_by);
+    family->unasked = malloc(family->chunk * sizeof *family->unasked);
     return family->curvature && family->found && family->values && family->parameters &&
-                   family->which && family->refined && family->solved
+                   family->which && family->refined && family->solved && family->carried &&
+                   family->carried_by && family->unasked
                ? AD_OK
                : ad_fail(error, AD_NO_MEMORY, "out of memory for members of a family");
 }
@@ -110,6 +115,7 @@ ad_status cpinn_family_prepare(const scene *open, double tolerance,
         status = create_solver(family, error);
     }
     family->columns = family->solver ? SOLVE_MEMBERS_COLUMNS : solution_columns(open);
+    family->forces = family->solver && settings->forces;
     status = status == AD_OK ? make_room(family, error) : status;
     if (status != AD_OK) {
         cpinn_family_free(family);
@@ -182,7 +188,8 @@ static ad_status create_code(const experiment *e, cpinn_family *family, ad_error
     ad_error *why = &family->not_compiled;
     const solve_members_settings asked = settings_of(family);
     const ad_status status =
-        !e ? member_code_create_solver(&family->open, family->solver, &asked, &family->code, why)
+        family->forces ? ad_fail(why, AD_BAD_ARGUMENT, "the C of members has no forces")
+        : !e ? member_code_create_solver(&family->open, family->solver, &asked, &family->code, why)
         : !e->targets || !family->solver
             ? ad_fail(why, AD_BAD_ARGUMENT, "the network is not one of the strain form")
             : member_code_create(e, family->points, family->s, &family->code, why);
@@ -291,6 +298,9 @@ void cpinn_family_free(cpinn_family *family)
         free(family->which);
         free(family->refined);
         free(family->solved);
+        free(family->carried);
+        free(family->carried_by);
+        free(family->unasked);
         free(family);
     }
 }
@@ -309,12 +319,12 @@ const scene_parameter *cpinn_family_parameter(const cpinn_family *family, int in
 
 int cpinn_family_columns(const cpinn_family *family)
 {
-    return family->columns;
+    return family->columns + (family->forces ? SOLVE_MEMBERS_FORCES : 0);
 }
 
 const char *cpinn_family_column_name(const cpinn_family *family, int column)
 {
-    return column >= 0 && column < family->columns
+    return column >= 0 && column < cpinn_family_columns(family)
                ? scene_physics_of(&family->open)->columns[column].name
                : "";
 }

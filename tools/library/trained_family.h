@@ -34,8 +34,9 @@ struct cpinn_family {
     ad_pool *pool;
     double length;
     size_t points, nodes, chunk;
-    double *s, *t; /* [points]; t NULL at rest */
-    int columns;
+    double *s, *t;         /* [points]; t NULL at rest */
+    int columns;           /* without forces */
+    bool forces;           /* are columns, too, */
     solve_members *solver; /* NULL: */
     ad_error why_not;
     cpinn_family_network network;
@@ -47,6 +48,10 @@ struct cpinn_family {
     size_t *which;             /* [chunk] their places */
     solve_answer *refined;     /* [chunk] */
     solve_member *solved;      /* [chunk] */
+    /* With forces, else NULL: [chunk][points][SOLVE_MEMBERS_FORCES], their derivatives [..][count],
+     * and what is said of members of which nobody asks. */
+    double *carried, *carried_by;
+    cpinn_answer *unasked; /* [chunk] */
 };
 
 /* A family without a network, of a scene that outlives it; then its network. tolerance: 0,
@@ -72,8 +77,14 @@ ad_status cpinn_family_margin(cpinn_family *family, size_t members, const double
                               double *margin, double *by, ad_error *error);
 
 /* As cpinn_family_evaluate, which is without a jacobian, and as cpinn_family_jacobian, whatever the
- * polish: derivatives are of equilibria after two steps. With a jacobian there are answers. */
+ * polish: derivatives, and forces, are of equilibria after two steps. With a jacobian there are
+ * answers. */
 ad_status cpinn_family_answer(cpinn_family *family, const cpinn_polish *polish, size_t members,
+                              const double *parameters, double *values, double *jacobian,
+                              cpinn_answer *answers, ad_error *error);
+
+/* The same without forces: rows of `columns` numbers. */
+ad_status cpinn_family_shapes(cpinn_family *family, const cpinn_polish *polish, size_t members,
                               const double *parameters, double *values, double *jacobian,
                               cpinn_answer *answers, ad_error *error);
 

@@ -96,7 +96,8 @@ static cpinn_family_settings settings_of(const eval_family_options *asked, const
                                    .s = shapes->s,
                                    .t = shapes->t,
                                    .compile = asked->compile,
-                                   .ranks = asked->ranks};
+                                   .ranks = asked->ranks,
+                                   .forces = asked->derivatives};
 }
 
 static ad_status answer_members(eval_family *eval, const cpinn_polish *polish, ad_error *error)

@@ -63,6 +63,10 @@ class Family:
         Answer up to four members at a time by C that the command ``cc`` compiles for each set of
         places: some seconds once, as it is kept, then three to five times as quick, and
         derivatives ten times. Warns where that is not possible.
+    forces : bool
+        Columns n1 n2 n3 (N), m1 m2 m3 (N m) follow: force and moment in the rod, of rod and
+        actuators together, with their derivatives. Of families at rest, by the balance at the
+        equilibrium of the answer; nothing is compiled then.
 
     Attributes
     ----------
@@ -71,7 +75,7 @@ class Family:
     names : list of str
         The parameters alone.
     columns : list of str
-        Of a shape: at rest x y z (m), qw qx qy qz, v1 v2 v3, u1 u2 u3 (1/m).
+        Of a shape: at rest x y z (m), qw qx qy qz, v1 v2 v3, u1 u2 u3 (1/m), then forces.
     """
 
     answer = numpy.dtype([("error", "f8"), ("network_error", "f8"), ("source", "i4"),
@@ -80,13 +84,14 @@ class Family:
     reached = numpy.dtype([("distance", "f8"), ("bound", "f8"), ("reached", "?")], align=True)
 
     def __init__(self, path: PathLike, threads: Optional[int] = 1,
-                 extrapolate: bool = False, compile: bool = False) -> None:
+                 extrapolate: bool = False, compile: bool = False, forces: bool = False) -> None:
         self._path = text_of(path)
-        self._begin(threads, extrapolate, compile, numpy.zeros(0))
+        self._begin(threads, extrapolate, compile, forces, numpy.zeros(0))
 
-    def _begin(self, threads: Optional[int], extrapolate: bool, compile: bool, s: Array) -> None:
+    def _begin(self, threads: Optional[int], extrapolate: bool, compile: bool, forces: bool,
+               s: Array) -> None:
         self._made: dict[bytes, Made] = {}
-        self._settings = (threads_of(threads), bool(extrapolate), bool(compile))
+        self._settings = (threads_of(threads), bool(extrapolate), bool(compile), bool(forces))
         made = self._at(s, numpy.zeros(s.size))
         found = [library.family_parameter(made, i).contents
                  for i in range(library.family_parameters(made))]
@@ -108,10 +113,10 @@ class Family:
         """The family at these points, as which it was opened before or is now."""
         key = s.tobytes() + t.tobytes()
         if key not in self._made:
-            threads, extrapolate, compiled = self._settings
+            threads, extrapolate, compiled, forces = self._settings
             compiled = compiled and s.size > 0
             settings = library.FamilySettings(extrapolate, threads, s.size, s.ctypes.data,
-                                              t.ctypes.data, compiled)
+                                              t.ctypes.data, compiled, None, forces)
             made = self._made[key] = self._create(ctypes.byref(settings))
             reason = library.family_not_compiled(made).decode() if compiled else ""
             if reason:
@@ -258,6 +263,8 @@ class Members(Family):
         None: one per processor. Results do not depend on it.
     compile : bool
         As of `Family`; then more than twice as quick, and derivatives four times.
+    forces : bool
+        As of `Family`.
 
     Attributes
     ----------
@@ -267,11 +274,11 @@ class Members(Family):
 
     def __init__(self, scene: Scene, s: Numbers, overrides: Overrides = (),
                  tolerance: float = 1e-6, threads: Optional[int] = 1,
-                 compile: bool = False) -> None:
+                 compile: bool = False, forces: bool = False) -> None:
         self._scene, self._overrides = scene, overrides
         self._tolerance = number_of("tolerance", tolerance, 0, "a number above 0")
         self._s = finite("s", array_of("s", s)).ravel()
-        self._begin(threads, True, compile, self._s)
+        self._begin(threads, True, compile, forces, self._s)
 
     def _create(self, settings: Any) -> Made:
         with scene_file(self._scene) as path:

@@ -112,7 +112,8 @@ class FitSummary(ctypes.Structure):
 class FamilySettings(ctypes.Structure):
     _fields_ = [("extrapolate", ctypes.c_bool), ("threads", ctypes.c_int),
                 ("points", ctypes.c_size_t), ("s", ctypes.c_void_p), ("t", ctypes.c_void_p),
-                ("compile", ctypes.c_bool), ("ranks", ctypes.c_void_p)]
+                ("compile", ctypes.c_bool), ("ranks", ctypes.c_void_p),
+                ("forces", ctypes.c_bool)]
 
 
 class Polish(ctypes.Structure):
