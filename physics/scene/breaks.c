@@ -126,6 +126,15 @@ static bool acts_at_place(const scene_field *field)
     return field->rule == SCENE_AT_END || field->rule == SCENE_AT_PLACE;
 }
 
+double scene_breaks_before(const scene_breaks *breaks, double length, double s)
+{
+    double before = s / length;
+    for (int i = 0; i < breaks->count; i++) {
+        before = s == breaks->place[i] ? before * (1 - 1e-15) : before;
+    }
+    return before;
+}
+
 bool scene_is_sudden(const scene *rod_scene, const scene_breaks *in_time)
 {
     const double near = 1e-9 * scene_duration(rod_scene);

@@ -23,6 +23,9 @@ typedef struct scene_breaks {
 ad_status scene_breaks_of(const scene *rod_scene, const char *coordinate, scene_breaks *result,
                           ad_error *error);
 
+/* s over `length`; just before a place where something jumps, as shapes are. */
+double scene_breaks_before(const scene_breaks *breaks, double length, double s);
+
 /* Whether a force, a moment, a tension or a pressure that acts at one place is sudden: it jumps at
  * a break of t, or acts at once on a rod that starts unstressed. Waves then have kinks. Needs
  * breaks of "t". */

@@ -52,22 +52,12 @@ typedef struct recording {
     const response_scope *scope;
     ad_tape *tape;
     ad_value s, one, parameters, columns, shape[SHAPES_MAX], energy, stability;
-    const scene_breaks *breaks; /* over the length */
+    const scene_breaks *breaks;
     quantities *names;
     int count;
     char text[QUANTITY_OPEN_MAX][NAME_MAX_BYTES];
     quantity_binding bound[QUANTITY_OPEN_MAX];
 } recording;
-
-/* Over the length; just before a place where something jumps, as shapes are. */
-static double before_break(double s, int breaks, const double *at)
-{
-    double before = s;
-    for (int i = 0; i < breaks; i++) {
-        before = s == at[i] ? s * (1 - 1e-15) : before;
-    }
-    return before;
-}
 
 /* What a section has there, or at a place. */
 static ad_value section_of(const recording *r, rod_section which, int place, ad_value shape)
@@ -87,8 +77,7 @@ static ad_value section_of(const recording *r, rod_section which, int place, ad_
     if (place == ALONG) {
         return value;
     }
-    const double at =
-        before_break(r->scope->at[place] / r->of->length, r->breaks->count, r->breaks->place);
+    const double at = scene_breaks_before(r->breaks, r->of->length, r->scope->at[place]);
     return ad_substitute(value, r->s, ad_scalar(r->tape, at));
 }
 
@@ -408,14 +397,15 @@ static ad_status place_points(recording *r, scene_breaks *breaks, ad_error *erro
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a formula");
     }
     ad_status status = scene_breaks_of(&one, "s", breaks, error);
+    double at[BREAKS_MAX];
     for (int i = 0; i < breaks->count; i++) {
-        breaks->place[i] /= of->length;
+        at[i] = breaks->place[i] / of->length;
     }
     for (size_t j = 0; j < of->points && status == AD_OK; j++) {
-        of->s[j] = before_break(r->scope->s[j] / of->length, breaks->count, breaks->place);
+        of->s[j] = scene_breaks_before(breaks, of->length, r->scope->s[j]);
     }
     if (status == AD_OK) {
-        response_weights(of->points, of->s, breaks->count, breaks->place, kept, of->weights);
+        response_weights(of->points, of->s, breaks->count, at, kept, of->weights);
     }
     free(kept);
     return status;

@@ -237,11 +237,11 @@ static ad_status run(showing *showing, char *path, size_t size, ad_error *error)
         status = ad_fail(error, AD_BAD_INPUT, "%s: has no shapes for a picture; allowed: .html",
                          file_bytes_shown(showing->source));
     }
-    if (status == AD_OK && showing->workspace && !showing->has_workspace) {
+    if (status == AD_OK && (showing->workspace || showing->by) && !showing->has_workspace) {
         status =
             ad_fail(error, AD_BAD_INPUT,
-                    "%s: --workspace is of families at rest with predicted errors, without --at",
-                    file_bytes_shown(showing->source));
+                    "%s: --%s is of families at rest with predicted errors, without --at",
+                    file_bytes_shown(showing->source), showing->workspace ? "workspace" : "by");
     }
     if (status == AD_OK && showing->wall_path && !showing->wall) {
         status = ad_fail(error, AD_BAD_INPUT, "%s: --wall is of tables of shapes",
@@ -271,6 +271,7 @@ int main(int argc, char **argv)
         {"--wall", "CONFIG.yaml", CLI_TEXT, &x.wall_path, 0, 0},
         {"--reference", "TABLE", CLI_TEXT, &x.reference_path, 0, 0},
         {"--workspace", "FILE", CLI_TEXT, &x.workspace, 0, 0},
+        {"--by", "NAME", CLI_TEXT, &x.by, 0, 0},
         CLI_GRID(&x.grid),
         CLI_SET(&x.overrides),
         CLI_DATA(&x.overrides),

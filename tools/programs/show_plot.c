@@ -1,4 +1,5 @@
 /* cpinn-show: shapes as pictures, .svg and .png of some instants, .gif, .mp4 and .webm of all. */
+#include "physics/numerics/sort.h"
 #include "tools/files/file_bytes.h"
 #include "tools/judge/signals.h"
 #include "tools/picture/images.h"
@@ -20,6 +21,11 @@ enum {
     GIF_IMAGES = 1000
 };
 
+typedef struct tip {
+    const double *place;
+    double seen[3], part; /* of the colours */
+} tip;
+
 typedef struct drawing {
     show_shapes shapes, other; /* `other`: a reference, where it has frames */
     picture *p;
@@ -27,14 +33,16 @@ typedef struct drawing {
     double *arc;
     const char *const *labels;
     const showing *from;
-    bool flat;    /* of areas: as few of them as will do */
-    bool follows; /* a wanted path: earlier instants are seen through */
+    tip *tips;          /* [tip_count] of `from` */
+    double tip_ends[2]; /* of what colours them */
+    bool flat;          /* of areas: as few of them as will do */
+    bool follows;       /* a wanted path: earlier instants are seen through */
 } drawing;
 
 static const char *const times[] = {"c3d7ee", "7fb0dd", "2f7fc1", "0b4f8a"};
 static const char *const kinds[] = {"3b4cc0", "2c8fbd", "27a684", "7fb93c",
                                     "e3b022", "e2711d", "b8232f"};
-static const char *const dexterities[] = {"440154", "3b528b", "21918c", "5ec962", "fde725"};
+static const char *const shades[] = {"440154", "3b528b", "21918c", "5ec962", "fde725"};
 static const char glass[] = "8a97a8";
 static const char ink[] = "343a46", soft[] = "79838f", trail[] = "d6336c", wanted[] = "37b24d";
 
@@ -194,32 +202,49 @@ static void draw_scale(const drawing *d)
     }
 }
 
+static picture_colour colour_of_time(double part)
+{
+    return picture_between(times, 4, part);
+}
+
+static picture_colour colour_of_tip(double part)
+{
+    return picture_between(shades, 5, part);
+}
+
+/* What colours mean: from ends[0] to ends[1]. */
+static void draw_bar(picture *p, double left, const char *name, const double ends[2],
+                     const char *unit, picture_colour (*colour)(double))
+{
+    enum { PIECES = 24 };
+    const double wide = 150, y = 34;
+    char text[40];
+    for (int i = 0; i < PIECES; i++) {
+        const double line[2][2] = {{left + wide * i / PIECES, y},
+                                   {left + wide * (i + 1) / PIECES, y}};
+        picture_line(p, line[0], 2, 8, colour((double)i / (PIECES - 1)));
+    }
+    picture_text(p, left - 14, y + 5, 15, PICTURE_RIGHT, picture_rgb(ink), name);
+    for (int k = 0; k < 2; k++) {
+        if (strcmp(unit, "m") == 0 || strcmp(unit, "s") == 0) {
+            show_with_unit(ends[k], unit, 3, text, sizeof text);
+        } else {
+            snprintf(text, sizeof text, "%.3g%s%s", ends[k], *unit ? " " : "", unit);
+        }
+        picture_text(p, left + k * wide, y + 24, 15, k ? PICTURE_RIGHT : PICTURE_LEFT,
+                     picture_rgb(ink), text);
+    }
+}
+
 /* Colours of instants, from the first to the last; or of what is left, from the least on. */
 static void draw_colours(const drawing *d)
 {
-    enum { PIECES = 24 };
-    picture *p = d->p;
     const show_shapes *const shapes = &d->shapes;
-    const double right = picture_width(p) - 26, wide = 150, y = 34;
-    char text[2][40];
-    for (int i = 0; i < PIECES; i++) {
-        const double line[2][2] = {{right - wide + wide * i / PIECES, y},
-                                   {right - wide + wide * (i + 1) / PIECES, y}};
-        const double part = (double)i / (PIECES - 1);
-        picture_line(p, line[0], 2, 8,
-                     shapes->left ? show_nearness(part) : picture_between(times, 4, part));
-    }
-    if (shapes->left) {
-        picture_text(p, right - wide - 14, y + 5, 15, PICTURE_RIGHT, picture_rgb(ink), "left");
-    }
-    for (int k = 0; k < 2; k++) {
-        const double left = k ? shapes->most : shapes->least;
-        const double time = show_time(shapes, k ? (double)(shapes->at.frames - 1) : 0);
-        show_with_unit(shapes->left ? left : time, shapes->left ? "m" : "s", 3, text[k],
-                       sizeof text[k]);
-        picture_text(p, k ? right : right - wide, y + 24, 15, k ? PICTURE_RIGHT : PICTURE_LEFT,
-                     picture_rgb(ink), text[k]);
-    }
+    const double ends[2] = {shapes->left ? shapes->least : show_time(shapes, 0),
+                            shapes->left ? shapes->most
+                                         : show_time(shapes, (double)(shapes->at.frames - 1))};
+    draw_bar(d->p, picture_width(d->p) - 176, shapes->left ? "left" : "", ends,
+             shapes->left ? "m" : "s", shapes->left ? show_nearness : colour_of_time);
 }
 
 /* Where the last point is, in mm. */
@@ -276,19 +301,59 @@ static void draw_wanted(const drawing *d)
     picture_thread(d->p, places[0], count, 0.0042 * d->shapes.size, &paint);
 }
 
-/* The tips of a workspace by their dexterity. */
+static int farthest_first(const void *a, const void *b)
+{
+    const double x = ((const tip *)a)->seen[2], y = ((const tip *)b)->seen[2];
+    return (x < y) - (x > y);
+}
+
+/* The tips of a workspace. */
 static void draw_tips(const drawing *d)
 {
-    const showing *from = d->from;
-    for (size_t i = 0; i < from->tip_count; i++) {
-        double seen[3];
-        picture_project(d->p, from->tips + 4 * i, seen);
-        const double dot[2][2] = {{seen[0] - 1.5, seen[1]}, {seen[0] + 1.5, seen[1]}};
-        picture_line(d->p, dot[0], 2, 3, picture_between(dexterities, 5, from->tips[4 * i + 3]));
+    const size_t count = d->from->tip_count;
+    for (size_t i = 0; i < count; i++) {
+        picture_project(d->p, d->tips[i].place, d->tips[i].seen);
     }
-    if (from->tip_count > 0) {
-        picture_text(d->p, 24, 34, 15, PICTURE_LEFT, picture_rgb(ink), from->tips_text);
+    qsort(d->tips, count, sizeof *d->tips, farthest_first);
+    for (size_t i = 0; i < count; i++) {
+        const double *seen = d->tips[i].seen;
+        const double dot[2][2] = {{seen[0] - 0.1, seen[1]}, {seen[0] + 0.1, seen[1]}};
+        picture_line(d->p, dot[0], 2, 4, colour_of_tip(d->tips[i].part));
     }
+    if (count > 0) {
+        char name[40];
+        snprintf(name, sizeof name, "tips: %s", d->from->tips_name);
+        draw_bar(d->p, 38 + picture_text_width(15, name), name, d->tip_ends, d->from->tips_unit,
+                 colour_of_tip);
+    }
+}
+
+/* A hundredth of the tips lies beyond each end of what colours them. */
+static ad_status take_tips(drawing *d, ad_error *error)
+{
+    const size_t count = d->from->tip_count;
+    double *values = malloc((count + 1) * sizeof *values);
+    d->tips = malloc((count + 1) * sizeof *d->tips);
+    if (!values || !d->tips) {
+        free(values);
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a picture");
+    }
+    for (size_t i = 0; i < count; i++) {
+        values[i] = d->from->tips[4 * i + 3];
+    }
+    if (count > 0) {
+        sort_ascending(count, values);
+        d->tip_ends[0] = values[count / 100];
+        d->tip_ends[1] = values[count - 1 - count / 100];
+    }
+    for (size_t i = 0; i < count; i++) {
+        const double *from = d->from->tips + 4 * i;
+        const double wide = d->tip_ends[1] - d->tip_ends[0];
+        const double part = wide > 0 ? (from[3] - d->tip_ends[0]) / wide : 0;
+        d->tips[i] = (tip){.place = from, .part = fmin(1, fmax(0, part))};
+    }
+    free(values);
+    return AD_OK;
 }
 
 static void draw_around(const drawing *d, double frame, bool is_still)
@@ -309,7 +374,7 @@ static void draw_around(const drawing *d, double frame, bool is_still)
     }
     draw_axes(d->p);
     draw_scale(d);
-    if (moves || shapes->at.frames == 1) {
+    if (d->from->tip_count == 0 && (moves || shapes->at.frames == 1)) {
         write_tip(d, frame);
         show_actuation(d->p, shapes, frame, 60);
     }
@@ -518,6 +583,7 @@ ad_status show_plot(const showing *from, const table_source *table, const char *
     d.arc = malloc(d.shapes.count * sizeof *d.arc);
     status = d.p && d.rings && d.arc ? place_camera(&d, error)
                                      : ad_fail(error, AD_NO_MEMORY, "out of memory for a picture");
+    status = status == AD_OK ? take_tips(&d, error) : status;
     if (status == AD_OK && kind >= 2) {
         status = write_film(&d, from->out, kind == 2, from->slow, error);
     } else if (status == AD_OK) {
@@ -527,5 +593,6 @@ ad_status show_plot(const showing *from, const table_source *table, const char *
     picture_free(d.p);
     free(d.rings);
     free(d.arc);
+    free(d.tips);
     return status;
 }

@@ -10,7 +10,7 @@
 #include "tools/train/reference.h"
 
 typedef struct showing {
-    const char *source, *out, *scene_path, *reference_path, *grid, *at, *workspace, *wall_path;
+    const char *source, *out, *scene_path, *reference_path, *grid, *at, *workspace, *by, *wall_path;
     double slow; /* movies take that many times as long as motions */
     cli_list overrides;
     bool quiet;
@@ -27,10 +27,10 @@ typedef struct showing {
     show_kept kept;
     surface *wall;      /* of --wall; NULL: none */
     bool is_drawn;      /* a picture is written */
-    bool has_workspace; /* the table of --workspace is */
-    double *tips;       /* of pictures: a workspace [tip_count][4], m and, as a part of the */
-    size_t tip_count;   /* largest, dexterity; owned, NULL: none */
-    char tips_text[64];
+    bool has_workspace; /* what --workspace and --by ask for is found */
+    double *tips;       /* of pictures: a workspace [tip_count][4], m and what colours it; owned, */
+    size_t tip_count;   /* NULL: none; */
+    const char *tips_name, *tips_unit;
     const scene *of;            /* of pictures: what is shown; NULL: nobody knows, */
     const table_source *wanted; /* of a closed loop: the path, t, x, y, z; else NULL, */
     const double *members;      /* and of a family [frames][parameter_count]; else NULL */

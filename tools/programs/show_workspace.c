@@ -11,10 +11,13 @@
  *   conditioning   sd/s1, the local conditioning index (Gosselin and Angeles, J. Mech. Des. 113,
  *                  1991): 1 where all directions are alike, 0 where one of them is lost.
  *
- * Stability is the margin of physics/chain/solve_members.h. */
+ * Strain is the largest of all fibres along the rod (physics/rod/rod_section.h), stability the
+ * margin of physics/chain/solve_members.h. */
 #include "tools/programs/show_source.h"
 
 #include "autodiff/dense.h"
+#include "physics/rod/rod_section.h"
+#include "physics/scene/breaks.h"
 #include "physics/solve/stability.h"
 #include "tools/library/trained_family.h"
 
@@ -22,12 +25,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MEMBERS = 2000, BATCH = 50, U = 10 };
+enum { MEMBERS = 2000, BATCH = 50, V = 7, U = 10 };
 
 #define LEAST_DIRECTION 1e-2
 
 /* Columns after those of parameters. */
-enum { X, Y, Z, DEXTERITY, CONDITIONING, CURVATURE, STABILITY, ERROR, TRUSTED, NUMBERS };
+enum { X, Y, Z, DEXTERITY, CONDITIONING, CURVATURE, STRAIN, STABILITY, ERROR, TRUSTED, NUMBERS };
 
 static const struct {
     const char *name, *unit;
@@ -37,6 +40,7 @@ static const struct {
                   [DEXTERITY] = {"dexterity", "m"},
                   [CONDITIONING] = {"conditioning", ""},
                   [CURVATURE] = {"curvature", "1/m"},
+                  [STRAIN] = {"strain", ""},
                   [STABILITY] = {"stability", ""},
                   [ERROR] = {"error", "m"},
                   [TRUSTED] = {"trusted", ""}};
@@ -52,6 +56,7 @@ typedef struct workspace {
     size_t trusted;
     int directions;
     const char *without_margin; /* why there is no stability margin; NULL: there is one */
+    bool has_section;           /* without a section there is no strain of fibres */
 } workspace;
 
 static double *own_column(const workspace *w, int which)
@@ -88,7 +93,7 @@ static ad_status prepare(workspace *w, ad_error *error)
     }
     show_spread(w->of, MEMBERS, w->parameters);
     for (size_t i = 0; i < MEMBERS; i++) {
-        own_column(w, STABILITY)[i] = NAN; /* unless it is found */
+        own_column(w, STABILITY)[i] = own_column(w, STRAIN)[i] = NAN; /* unless they are found */
     }
     for (size_t i = 0; i < MEMBERS * count; i++) {
         w->numbers[i % count * MEMBERS + i / count] = w->parameters[i];
@@ -115,6 +120,48 @@ static void find_singular(size_t count, double a[3][SCENE_PARAMETERS_MAX], doubl
         }
         to[at] = size;
     }
+}
+
+/* The largest strain of fibres of members from `first` on, which were asked for. */
+static ad_status find_strain(workspace *w, const samples *from, size_t first, ad_error *error)
+{
+    const size_t count = (size_t)w->of->parameter_count, rows = samples_rows(from);
+    double *s = malloc((2 + count) * rows * sizeof *s), *parameters = s + rows;
+    double *found = parameters + count * rows;
+    ad_tape *tape = ad_tape_create();
+    scene one;
+    scene_breaks breaks;
+    scene_middle(w->of, &one);
+    ad_status status = s && tape ? scene_breaks_of(&one, "s", &breaks, error)
+                                 : ad_fail(error, AD_NO_MEMORY, "out of memory for a workspace");
+    if (status == AD_OK) {
+        for (size_t i = 0; i < rows; i++) {
+            s[i] = scene_breaks_before(&breaks, scene_length(&one), from->s[i % from->count]);
+            for (size_t k = 0; k < count; k++) {
+                parameters[k * rows + i] = from->parameters[i / from->count * count + k];
+            }
+        }
+        const ad_value place = ad_input(tape, "s", 1), all = ad_input(tape, "p", (int)count);
+        const ad_value shape = ad_input(tape, "strains", 6);
+        ad_value parameter[SCENE_PARAMETERS_MAX];
+        for (size_t k = 0; k < count; k++) {
+            parameter[k] = ad_row(all, (int)k);
+        }
+        const ad_value strain =
+            rod_section_record(w->of, ROD_SECTION_STRAIN, place, parameter, shape);
+        const double *const inputs[] = {s, parameters, from->values + V * rows};
+        const ad_run run = {
+            .points = rows, .inputs = inputs, .outputs = &found, .everywhere = true};
+        status = ad_evaluate(1, &strain, NULL, &run, error);
+        w->has_section = status != AD_BAD_INPUT;
+    }
+    for (size_t i = 0; i < rows && status == AD_OK; i++) {
+        double *most = own_column(w, STRAIN) + first + i / from->count;
+        *most = i % from->count == 0 ? found[i] : *most + fmax(0, found[i] - *most);
+    }
+    ad_tape_free(tape);
+    free(s);
+    return w->has_section ? status : AD_OK;
 }
 
 /* Of a member of some that were asked for. */
@@ -171,7 +218,7 @@ static void judge(workspace *w)
 
 static bool is_known(const workspace *w, int which)
 {
-    return which != STABILITY || !w->without_margin;
+    return which == STABILITY ? !w->without_margin : which != STRAIN || w->has_section;
 }
 
 /* ---- what becomes of it -------------------------------------------------------------------- */
@@ -234,7 +281,7 @@ static void put_table(json *to, const workspace *w)
         json_text(to, NULL, w->of->parameters[k].name);
     }
     json_close(to, ']');
-    for (int k = X; k <= STABILITY; k++) {
+    for (int k = X; k <= STABILITY; k++) { /* what is not known has none */
         put_extremes(to, w, k, false);
         put_extremes(to, w, k, true);
     }
@@ -244,32 +291,42 @@ static void put_table(json *to, const workspace *w)
     json_close(to, ']');
 }
 
-/* For a picture: places, and where dexterity is between its least and its largest. */
-static ad_status keep_tips(const workspace *w, showing *showing, ad_error *error)
+/* For a picture: places, and what colours them. */
+static ad_status keep_tips(const workspace *w, showing *showing, int which, ad_error *error)
 {
-    const double *of = own_column(w, DEXTERITY);
-    double least = INFINITY, most = 0, *to = malloc((4 * w->trusted + 1) * sizeof *to);
+    double *to = malloc((4 * w->trusted + 1) * sizeof *to);
     showing->tips = to;
-    showing->tip_count = 0;
-    for (int pass = 0; pass < 2 && to; pass++) {
-        for (size_t i = 0; i < MEMBERS; i++) {
-            if (own_column(w, TRUSTED)[i] == 0 || !isfinite(of[i])) {
-                continue;
-            }
-            least = fmin(least, of[i]);
-            most = fmax(most, of[i]);
-            for (int k = X; k <= Z && pass == 1; k++) {
+    showing->tips_name = own[which].name;
+    showing->tips_unit = own[which].unit;
+    for (size_t i = 0; i < MEMBERS && to; i++) {
+        if (own_column(w, TRUSTED)[i] != 0 && isfinite(own_column(w, which)[i])) {
+            for (int k = X; k <= Z; k++) {
                 *to++ = own_column(w, k)[i];
             }
-            if (pass == 1) {
-                *to++ = most > least ? (of[i] - least) / (most - least) : 0;
-                showing->tip_count++;
+            *to++ = own_column(w, which)[i];
+            showing->tip_count++;
+        }
+    }
+    return to ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a workspace");
+}
+
+/* Which column colours tips. */
+static ad_status choose(const workspace *w, const char *name, int *which, ad_error *error)
+{
+    char allowed[200] = "";
+    *which = DEXTERITY;
+    for (int k = DEXTERITY; k <= ERROR; k++) {
+        if (is_known(w, k)) {
+            const size_t used = strlen(allowed);
+            snprintf(allowed + used, sizeof allowed - used, "%s%s", used > 0 ? ", " : "",
+                     own[k].name);
+            if (!name || strcmp(name, own[k].name) == 0) {
+                *which = name ? k : *which;
+                return AD_OK;
             }
         }
     }
-    snprintf(showing->tips_text, sizeof showing->tips_text,
-             "tips by dexterity, dark to bright: %.3g to %.3g mm", 1e3 * least, 1e3 * most);
-    return to ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a workspace");
+    return ad_fail(error, AD_BAD_INPUT, "--by: is %s; allowed for this robot: %s", name, allowed);
 }
 
 static void put_words(json *to, const workspace *w)
@@ -285,7 +342,11 @@ static void put_words(json *to, const workspace *w)
         }
     }
     if (w->without_margin && used < (int)sizeof text) {
-        snprintf(text + used, sizeof text - (size_t)used, "; stability %s", w->without_margin);
+        used +=
+            snprintf(text + used, sizeof text - (size_t)used, "; stability %s", w->without_margin);
+    }
+    if (!w->has_section && used < (int)sizeof text) {
+        snprintf(text + used, sizeof text - (size_t)used, "; strain needs rod.section");
     }
     json_text(to, "says", text);
     json_integer(to, "directions", w->directions);
@@ -297,7 +358,7 @@ static void put_words(json *to, const workspace *w)
 }
 
 /* Trusted members alone. */
-static ad_status put_tips(json *to, const workspace *w, ad_error *error)
+static ad_status put_tips(json *to, const workspace *w, int by, ad_error *error)
 {
     double *few = malloc((w->trusted + 1) * sizeof *few);
     if (!few) {
@@ -305,6 +366,7 @@ static ad_status put_tips(json *to, const workspace *w, ad_error *error)
     }
     json_open(to, "workspace", '{');
     json_integer(to, "rows", (int64_t)w->trusted);
+    json_text(to, "by", own[by].name);
     put_words(to, w);
     json_open(to, "columns", '[');
     for (int k = X; k <= ERROR; k++) {
@@ -343,6 +405,9 @@ static ad_status ask(workspace *w, cpinn_family *family, const answer *found, si
             status = cpinn_family_margin(family, BATCH, p.parameters,
                                          own_column(w, STABILITY) + first, NULL, error);
         }
+        if (status == AD_OK && w->has_section) {
+            status = find_strain(w, &p, first, error);
+        }
         for (size_t i = 0; i < BATCH && status == AD_OK; i++) {
             take(w, first + i, &p, i);
         }
@@ -357,22 +422,26 @@ ad_status show_workspace(showing *showing, cpinn_family *family, size_t points, 
 {
     const cpinn_polish two_steps = {.steps = 2};
     const answer found = answer_of_family(family, &two_steps);
-    workspace w = {.of = found.scene, .without_margin = stability_without_margin(found.scene)};
+    workspace w = {.of = found.scene,
+                   .without_margin = stability_without_margin(found.scene),
+                   .has_section = true};
+    int by = DEXTERITY;
     if (*cpinn_family_without_error(family) ||
-        (show_is_plot(showing->out) && !showing->workspace)) {
+        (show_is_plot(showing->out) && !showing->workspace && !showing->by)) {
         return AD_OK;
     }
     ad_status status = prepare(&w, error);
     status = status == AD_OK ? ask(&w, family, &found, points, s, error) : status;
+    status = status == AD_OK ? choose(&w, showing->by, &by, error) : status;
     if (status == AD_OK) {
         judge(&w);
-        status = show_is_plot(showing->out) ? keep_tips(&w, showing, error)
-                                            : put_tips(&showing->to, &w, error);
+        status = show_is_plot(showing->out) ? keep_tips(&w, showing, by, error)
+                                            : put_tips(&showing->to, &w, by, error);
         put_table(&showing->to, &w);
+        showing->has_workspace = true;
     }
     if (status == AD_OK && showing->workspace) {
         status = write_table(&w, showing->workspace, error);
-        showing->has_workspace = status == AD_OK;
     }
     workspace_free(&w);
     return status;

@@ -7,6 +7,11 @@ class Workspace {
         const rows = Array.from({ length: data.rows }, (_, i) => i);
         this.places = rows.map(i => [0, 1, 2].map(k => columns[k].at(i)));
         this.quantities = columns.slice(3).filter(c => c.low <= c.high);
+        this.ends = new Map(this.quantities.map(c => { /* a hundredth of the tips is beyond each */
+            const values = rows.map(i => c.at(i)).filter(Number.isFinite).sort((a, b) => a - b);
+            const beyond = Math.floor(values.length / 100);
+            return [c, [values[beyond], values[values.length - 1 - beyond]]];
+        }));
         this.redraw = redraw;
         const select = element("select", { title: "colour of the tips" },
             element("label", { text: "Tips by " }, byId("tools")));
@@ -14,6 +19,7 @@ class Workspace {
             element("option", { value: q.name, text: q.name }, select);
         }
         element("option", { value: "", text: "hidden" }, select);
+        select.value = data.by;
         select.onchange = () => this.choose(select.value);
         const moves = data.moves.filter(name => name);
         byId("notes").append(`Workspace: ${data.says}. Dexterity is the least singular value of the `
@@ -25,7 +31,7 @@ class Workspace {
     choose(name) {
         const q = this.quantity = this.quantities.find(one => one.name === name) || null;
         fillLegend(byId("reached"), q && { name: "tips: " + q.name, unit: q.unit, map: SEQUENTIAL,
-            low: q.low, high: q.high });
+            low: this.ends.get(q)[0], high: this.ends.get(q)[1] });
         this.redraw();
     }
 
@@ -35,12 +41,12 @@ class Workspace {
         if (!q) {
             return;
         }
-        const axis = camera.axes()[2], wide = q.high - q.low || 1;
+        const axis = camera.axes()[2], [low, high] = this.ends.get(q), wide = high - low || 1;
         const order = this.places.map((p, i) => [dot(p, axis), i]).sort((a, b) => a[0] - b[0]);
         canvas.globalAlpha = 0.6;
         for (const [, i] of order) {
             const [x, y] = camera.project(this.places[i]);
-            canvas.fillStyle = `rgb(${colourOf(SEQUENTIAL_SHADES, (q.at(i) - q.low) / wide)
+            canvas.fillStyle = `rgb(${colourOf(SEQUENTIAL_SHADES, (q.at(i) - low) / wide)
                 .map(part => Math.round(255 * part)).join()})`;
             canvas.fillRect(x - 1.5, y - 1.5, 3, 3);
         }
