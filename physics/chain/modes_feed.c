@@ -108,7 +108,7 @@ static void carry_point(const struct modes_feed *feed, modes_point *at, const do
     const double c = (feed->to - at->s) * rate;
     const double c_t = (feed->to - at->s) * (feed->now[2] / growth - 2 * rate * rate);
     double turned[3], along[3], bent[3], moved[3];
-    at->is_carried = 1;
+    at->is_carried = true;
     at->carry = c;
     at->carry_rate = c_t;
     to_world(at->R, at->strain + MODES_U, at->curve);

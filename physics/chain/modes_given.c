@@ -86,12 +86,7 @@ static ad_status give_jumps(modes *m, ad_error *error)
         jumps->numbers > 0 ? part(m, SOLVE_JUMPS, 1, &s, jumps->number, error) : AD_OK;
     for (int k = 0; k < jumps->count && status == AD_OK; k++) {
         if (m->jump_at[k] >= 0) {
-            const double *body = solve_jump_body(jumps, jumps->number, k);
-            modes_point *to = &m->point[m->jump_at[k]];
-            to->inertia.mass = body[0];
-            memcpy(to->inertia.rotary, body + 1, sizeof to->inertia.rotary);
-            memcpy(to->inertia.eccentric, body + 4, sizeof to->inertia.eccentric);
-            to->inertia.is_beside = jumps->at[k].beside;
+            m->point[m->jump_at[k]].inertia = solve_jump_body(jumps, jumps->number, k);
         }
     }
     return status;

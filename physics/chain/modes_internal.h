@@ -43,7 +43,7 @@ typedef struct modes_point {
     double along_slope[3], curve_rate[3], curve[3], curve_slope[3]; /* R v_s, R u_t, R u, R u_s */
     double own_spin[3], own_velocity[3], own_spin_rate[3], own_acceleration[3];
     double own_rate[MODES_STRAINS]; /* of the strain of what is there */
-    double is_carried;              /* 1: these hold for it; 0: it stays at its s */
+    bool is_carried;                /* these hold for it; false: it stays at its s */
 
     /* found, by modes_forces */
     double force[3], moment[3];   /* that act here, inertia among them */
@@ -57,7 +57,7 @@ typedef struct modes_point {
 /* As laws of motion see it. */
 static inline inertia_motion modes_section(const modes_point *at)
 {
-    if (at->is_carried != 0) {
+    if (at->is_carried) {
         return (inertia_motion){(const double(*)[3])at->R, at->own_velocity, at->own_spin,
                                 at->own_acceleration, at->own_spin_rate};
     }
@@ -79,7 +79,7 @@ typedef struct modes_mode {
 
 static inline const double *modes_strain_rate(const modes_point *at)
 {
-    return at->is_carried != 0 ? at->own_rate : at->rate;
+    return at->is_carried ? at->own_rate : at->rate;
 }
 
 static inline void strain_beyond_rest(const modes_point *at, double off[MODES_STRAINS])

@@ -226,7 +226,7 @@ PROCESSOR_INLINE void change_carried(modes *m, int e, changes *changes)
 {
     const int n = m->stages, width = m->width, first = e * (n + 1);
     double *slopes = changes->rate;
-    for (int i = 0; i < n && m->point[first].is_carried != 0; i++) {
+    for (int i = 0; i < n && m->point[first].is_carried; i++) {
         const modes_point *at = &m->point[first + i];
         slope_rows(m, e, first + i, width, slopes);
         for (int c = 0; c < m->element[e].width; c += QUAD) {
@@ -455,7 +455,7 @@ PROCESSOR_INLINE void subtract_stress(const modes *m, int e, int p, double *to)
     const modes_element *element = &m->element[e];
     const double *value = m->value + p * m->width, weight = m->point[p].weight;
     const double *slope = m->feed.slope + p * m->width, carried = m->point[p].carry;
-    const bool fed = m->point[p].is_carried != 0;
+    const bool fed = m->point[p].is_carried;
     const double grown = fed ? m->feed.now[1] / (1 + m->feed.now[0]) : 0;
     double by[2][LAW_STIFFNESS];
     differentiate_stress(m, p, by);

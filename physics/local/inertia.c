@@ -10,11 +10,10 @@ static in_body to_section(inertia_motion at)
 {
     const double *part[PARTS] = {at.velocity, at.spin, at.acceleration, at.spin_rate};
     in_body x = {{{0}}};
-    double R[3][3];
-    memcpy(R, at.R, sizeof R);
     for (int i = 0; i < PARTS; i++) {
-        if (part[i]) {
-            to_body(R, part[i], x.part[i]);
+        for (int k = 0; k < 3 && part[i]; k++) {
+            const double *world = part[i];
+            x.part[i][k] = at.R[0][k] * world[0] + at.R[1][k] * world[1] + at.R[2][k] * world[2];
         }
     }
     return x;
@@ -22,13 +21,11 @@ static in_body to_section(inertia_motion at)
 
 #define GIVEN(x) (x).part[0], (x).part[1], (x).part[2], (x).part[3]
 
-static void to_world_wrench(const double (*axes)[3], const double body[6], double wrench[6])
+static void to_world_wrench(const double (*R)[3], const double body[6], double wrench[6])
 {
-    double R[3][3], part[3];
-    memcpy(R, axes, sizeof R);
-    for (int i = 0; i < 6; i += 3) {
-        to_world(R, body + i, part);
-        memcpy(wrench + i, part, sizeof part);
+    for (int k = 0; k < 3; k++) {
+        wrench[k] = vector_dot(R[k], body);
+        wrench[3 + k] = vector_dot(R[k], body + 3);
     }
 }
 
@@ -36,11 +33,17 @@ void inertia_wrench_coupled(const inertia *what, inertia_motion at, double wrenc
 {
     const in_body x = to_section(at);
     double body[6] = {0};
-    number_law_rotary_inertia_wrench(GIVEN(x), what->rotary, body);
-    number_law_added_mass_wrench(GIVEN(x), &what->added, body);
-    number_law_eccentricity_wrench(GIVEN(x), what->eccentric, body);
+    if (inertia_turns(what)) {
+        number_law_rotary_inertia_wrench(GIVEN(x), what->rotary, body);
+    }
+    if (what->added != 0) {
+        number_law_added_mass_wrench(GIVEN(x), &what->added, body);
+    }
+    if (what->is_beside) {
+        number_law_eccentricity_wrench(GIVEN(x), what->eccentric, body);
+    }
     to_world_wrench(at.R, body, wrench);
-    for (int k = 0; k < 3; k++) {
+    for (int k = 0; k < 3 && at.acceleration; k++) {
         wrench[k] -= what->mass * at.acceleration[k];
     }
 }
@@ -51,7 +54,9 @@ double inertia_energy(const inertia *what, inertia_motion at)
     double energy = 0.5 * what->mass * vector_dot(at.velocity, at.velocity);
     number_law_rotary_inertia_energy(GIVEN(x), what->rotary, &energy);
     number_law_added_mass_energy(GIVEN(x), &what->added, &energy);
-    number_law_eccentricity_energy(GIVEN(x), what->eccentric, &energy);
+    if (what->is_beside) {
+        number_law_eccentricity_energy(GIVEN(x), what->eccentric, &energy);
+    }
     return energy;
 }
 
@@ -79,6 +84,8 @@ void inertia_differentiate(const inertia *what, inertia_motion at, inertia_chang
     number_law_rotary_inertia(GIVEN(x), what->rotary, body, by);
     if (couples) {
         number_law_added_mass(GIVEN(x), &what->added, body, by);
+    }
+    if (what->is_beside) {
         number_law_eccentricity(GIVEN(x), what->eccentric, body, by);
     }
     to_world_wrench(at.R, body, wrench);
@@ -97,27 +104,35 @@ void inertia_differentiate(const inertia *what, inertia_motion at, inertia_chang
     }
 }
 
+/* to -= R block R^T */
+static void take_turned(const double (*R)[3], const double *block, double (*to)[3])
+{
+    double turned[3][3];
+    inertia_turn_block(R, block, turned);
+    for (int i = 0; i < 3; i++) {
+        for (int k = 0; k < 3; k++) {
+            to[i][k] -= turned[i][k];
+        }
+    }
+}
+
 inertia_matrix inertia_matrix_coupled(const inertia *what, const double (*R)[3])
 {
     static const double still[3] = {0};
-    const double *acceleration, *spin_rate;
     double unused[6] = {0}, by[LAW_BY_MOTION] = {0};
-    inertia_matrix to = {.mass = {{0}}};
-    number_law_rotary_inertia(still, still, still, still, what->rotary, unused, by);
-    number_law_added_mass(still, still, still, still, &what->added, unused, by);
-    number_law_eccentricity(still, still, still, still, what->eccentric, unused, by);
-    acceleration = by + 18 * 2;
-    spin_rate = by + 18 * 3;
-    inertia_turn_block(R, acceleration, to.mass);
-    inertia_turn_block(R, spin_rate, to.coupling);
-    inertia_turn_block(R, spin_rate + 9, to.rotary);
-    for (int i = 0; i < 3; i++) {
-        for (int k = 0; k < 3; k++) {
-            to.mass[i][k] *= -1;
-            to.coupling[i][k] *= -1;
-            to.rotary[i][k] *= -1;
-        }
-        to.mass[i][i] += what->mass;
+    const double *acceleration = by + 18 * 2, *spin_rate = by + 18 * 3;
+    inertia_matrix to = {.mass = {{what->mass}, {0, what->mass}, {0, 0, what->mass}}};
+    if (what->added != 0) {
+        number_law_added_mass(still, still, still, still, &what->added, unused, by);
+        take_turned(R, acceleration, to.mass);
+    }
+    if (what->is_beside) {
+        number_law_eccentricity(still, still, still, still, what->eccentric, unused, by);
+        take_turned(R, spin_rate, to.coupling);
+    }
+    if (what->is_beside || inertia_turns(what)) {
+        number_law_rotary_inertia(still, still, still, still, what->rotary, unused, by);
+        take_turned(R, spin_rate + 9, to.rotary);
     }
     return to;
 }

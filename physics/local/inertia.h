@@ -23,13 +23,17 @@ static inline bool inertia_couples(const inertia *what)
     return what->added != 0 || what->is_beside;
 }
 
-static inline bool inertia_any(const inertia *what)
+static inline bool inertia_turns(const inertia *what)
 {
-    return what->mass != 0 || what->rotary[0] != 0 || what->rotary[1] != 0 ||
-           what->rotary[2] != 0 || what->added != 0;
+    return what->rotary[0] != 0 || what->rotary[1] != 0 || what->rotary[2] != 0;
 }
 
-/* The section, R from body to world, and its motion in the world, [3] each. */
+static inline bool inertia_any(const inertia *what)
+{
+    return what->mass != 0 || inertia_turns(what) || what->added != 0;
+}
+
+/* The section, R from body to world, and its motion in the world, [3] each; NULL: 0. */
 typedef struct inertia_motion {
     const double (*R)[3];
     const double *velocity, *spin, *acceleration, *spin_rate;

@@ -10,6 +10,7 @@
 #define PHYSICS_LOCAL_JUMP_H
 
 #include "physics/local/acting.h"
+#include "physics/local/inertia.h"
 
 enum {
     SOLVE_JUMPS_MAX =
@@ -53,11 +54,17 @@ static inline const double *solve_jump_numbers(const solve_jumps *jumps, const d
     return all + jumps->at[place].first;
 }
 
-/* Numbers [SOLVE_BODY] of the bodies of a place, of all numbers; 0 without. */
-static inline const double *solve_jump_body(const solve_jumps *jumps, const double *all, int place)
+/* What the bodies of a place are made of, by all numbers; 0 without. */
+static inline inertia solve_jump_body(const solve_jumps *jumps, const double *all, int place)
 {
-    static const double none[SOLVE_BODY] = {0};
-    return jumps->at[place].heavy ? all + jumps->at[place].body : none;
+    inertia what = {.is_beside = jumps->at[place].beside};
+    if (jumps->at[place].heavy) {
+        const double *body = all + jumps->at[place].body;
+        what.mass = body[0];
+        memcpy(what.rotary, body + 1, sizeof what.rotary);
+        memcpy(what.eccentric, body + 4, sizeof what.eccentric);
+    }
+    return what;
 }
 
 #endif

@@ -3,69 +3,111 @@
 #include "physics/solve/motion_internal.h"
 
 #include "physics/local/inertia.h"
+#include "physics/numerics/processor.h"
 #include "physics/numerics/quaternion.h"
 
-#include <math.h>
 #include <string.h>
 
-/* A section with the rotation q at a node, without acceleration; R, spin: room. */
-static inertia_motion motion_of(const motion *m, size_t node, const double q[4], double R[3][3],
-                                double spin[3])
+/* A section with the rotation q at a node, without acceleration. */
+typedef struct section {
+    double R[3][3], own[3][3], spin[3]; /* of the section, of the node, in the world */
+} section;
+
+static inertia_motion motion_of(const motion *m, size_t node, const double q[4], section *at)
 {
-    static const double still[3] = {0};
-    double own[3][3];
-    rotation_matrix(q, R);
-    rotation_matrix(m->pose[node] + MOTION_LANE_Q, own);
-    to_world(own, m->spin[node], spin);
-    return (inertia_motion){(const double(*)[3])R, m->flow[node], spin, still, still};
+    rotation_matrix(q, at->R);
+    rotation_matrix(m->pose[node] + MOTION_LANE_Q, at->own);
+    to_world(at->own, m->spin[node], at->spin);
+    return (inertia_motion){(const double(*)[3])at->R, m->flow[node], at->spin, NULL, NULL};
 }
 
-/* Of one thing that moves with a node. */
-typedef struct part {
-    inertia what;
-    size_t node;
-    double q[4]; /* of its section */
-} part;
-
-static int part_count(const motion *m)
-{
-    const int fluids = quantity_is_something(m->rod->scene.loads.added_mass) ? (int)m->points : 0;
-    return m->has_added ? fluids + m->rod->jumps.count : 0;
-}
-
-/* False: nothing is there. Places come first. */
-static bool part_at(const motion *m, int i, part *to)
+/* The bodies of a place, which stand before its joint; false: none is beside the axis. */
+static bool bodies_at(const motion *m, int place, inertia *what, double q[4])
 {
     const solve_jumps *jumps = &m->rod->jumps;
-    to->what = (inertia){0};
-    if (i < jumps->count) {
-        const double *body = solve_jump_body(jumps, jumps->number, i);
-        to->node = m->places[i].node;
-        motion_rotation_before(m, i, to->q);
-        memcpy(to->what.eccentric, body + 4, sizeof to->what.eccentric);
-        to->what.is_beside = jumps->at[i].beside;
-        return to->what.is_beside;
+    if (!jumps->at[place].beside) {
+        return false;
     }
-    acting_on at;
-    const size_t point = (size_t)(i - jumps->count);
-    to->node = motion_section_at(m, point, to->q, &at);
-    memmove(to->q, at.rotation, sizeof to->q);
-    to->what.added = m->point_weight[point] * m->made[point].added_mass;
+    *what = solve_jump_body(jumps, jumps->number, place);
+    what->mass = 0;
+    memset(what->rotary, 0, sizeof what->rotary);
+    motion_rotation_before(m, place, q);
     return true;
 }
 
-/* Blocks of the world, those of turns in the frame of the node. */
-static void add_matrix(const inertia_matrix *by, double own[3][3], double to[6][6])
+static bool has_fluid(const motion *m)
 {
+    return m->has_added && quantity_is_something(m->rod->scene.loads.added_mass);
+}
+
+static inertia fluid_at(const motion *m, size_t point)
+{
+    return (inertia){.added = m->point_weight[point] * m->made[point].added_mass};
+}
+
+static void add_wrench(const inertia *what, inertia_motion at, double own[3][3], motion_added *to)
+{
+    double wrench[6], moment[3];
+    inertia_wrench_coupled(what, at, wrench);
+    to_body(own, wrench + 3, moment);
+    to->any = true;
+    for (int k = 0; k < 3; k++) {
+        to->wrench[k] += wrench[k];
+        to->wrench[3 + k] += moment[k];
+    }
+}
+
+/* Blocks of the world, those of turns in the frame of the node. */
+static void add_matrix(const inertia_matrix *by, double own[3][3], motion_added *to)
+{
+    to->couples = true;
     for (int i = 0; i < 3; i++) {
         for (int k = 0; k < 3; k++) {
-            to[i][k] += by->mass[i][k];
+            to->mass[i][k] += by->mass[i][k];
             for (int a = 0; a < 3; a++) {
-                to[i][3 + k] += by->coupling[i][a] * own[a][k];
-                to[3 + k][i] += by->coupling[i][a] * own[a][k];
+                to->mass[i][3 + k] += by->coupling[i][a] * own[a][k];
+                to->mass[3 + k][i] += by->coupling[i][a] * own[a][k];
                 for (int b = 0; b < 3; b++) {
-                    to[3 + i][3 + k] += own[a][i] * by->rotary[a][b] * own[b][k];
+                    to->mass[3 + i][3 + k] += own[a][i] * by->rotary[a][b] * own[b][k];
                 }
+            }
+        }
+    }
+}
+
+static void add_bodies(motion *m)
+{
+    for (int i = 0; i < m->rod->jumps.count; i++) {
+        inertia what;
+        section room;
+        double q[4];
+        if (bodies_at(m, i, &what, q)) {
+            const size_t node = m->places[i].node;
+            const inertia_motion at = motion_of(m, node, q, &room);
+            const inertia_matrix by = inertia_matrix_coupled(&what, at.R);
+            add_wrench(&what, at, room.own, &m->added[node]);
+            add_matrix(&by, room.own, &m->added[node]);
+        }
+    }
+}
+
+static void add_fluid(motion *m)
+{
+    static const double axes[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    const inertia unit = {.added = 1};
+    const inertia_matrix in_body = inertia_matrix_coupled(&unit, axes);
+    for (size_t i = 0; i < m->points; i++) {
+        const inertia what = fluid_at(m, i);
+        section room;
+        double q[4], turned[3][3];
+        acting_on on;
+        const size_t node = motion_section_at(m, i, q, &on);
+        const inertia_motion at = motion_of(m, node, on.rotation, &room);
+        add_wrench(&what, at, room.own, &m->added[node]);
+        inertia_turn_block(at.R, in_body.mass[0], turned);
+        for (int k = 0; k < 3; k++) {
+            for (int c = 0; c < 3; c++) {
+                m->added[node].mass[k][c] += what.added * turned[k][c];
             }
         }
     }
@@ -73,63 +115,52 @@ static void add_matrix(const inertia_matrix *by, double own[3][3], double to[6][
 
 void motion_find_added(motion *m)
 {
-    const int count = part_count(m);
     memset(m->added, 0, m->nodes * sizeof *m->added);
-    for (int i = 0; i < count; i++) {
-        double R[3][3], own[3][3], spin[3], wrench[6], moment[3];
-        part one;
-        if (!part_at(m, i, &one)) {
-            continue;
-        }
-        motion_added *to = &m->added[one.node];
-        const inertia_motion at = motion_of(m, one.node, one.q, R, spin);
-        inertia_wrench_coupled(&one.what, at, wrench);
-        const inertia_matrix by = inertia_matrix_coupled(&one.what, at.R);
-        rotation_matrix(m->pose[one.node] + MOTION_LANE_Q, own);
-        to_body(own, wrench + 3, moment);
-        to->any = true;
-        for (int k = 0; k < 3; k++) {
-            to->wrench[k] += wrench[k];
-            to->wrench[3 + k] += moment[k];
-        }
-        add_matrix(&by, own, to->mass);
+    add_bodies(m);
+    if (has_fluid(m)) {
+        add_fluid(m);
     }
 }
 
 double motion_added_energy(const motion *m)
 {
-    const int count = part_count(m);
-    double energy = 0;
-    for (int i = 0; i < count; i++) {
-        double R[3][3], spin[3];
-        part one;
-        if (part_at(m, i, &one)) {
-            energy += inertia_energy(&one.what, motion_of(m, one.node, one.q, R, spin));
+    const size_t fluids = has_fluid(m) ? m->points : 0;
+    section room;
+    inertia what;
+    double energy = 0, q[4];
+    for (int i = 0; i < m->rod->jumps.count && m->has_added; i++) {
+        if (bodies_at(m, i, &what, q)) {
+            energy += inertia_energy(&what, motion_of(m, m->places[i].node, q, &room));
         }
+    }
+    for (size_t i = 0; i < fluids; i++) {
+        acting_on on;
+        const size_t node = motion_section_at(m, i, q, &on);
+        what = fluid_at(m, i);
+        energy += inertia_energy(&what, motion_of(m, node, on.rotation, &room));
     }
     return energy;
 }
 
-/* x of a symmetric, positive A x = b, which is lost (Cholesky). */
-static void solve_six(double A[6][6], double x[6])
+/* x [size] of a symmetric, positive A x = b, both of which are lost. */
+PROCESSOR_INLINE void solve_small(int size, double A[6][6], double x[6])
 {
-    for (int i = 0; i < 6; i++) {
-        for (int k = 0; k <= i; k++) {
-            for (int j = 0; j < k; j++) {
-                A[i][k] -= A[i][j] * A[k][j];
+    for (int i = 0; i < size; i++) {
+        const double pivot = 1 / A[i][i];
+        for (int k = i + 1; k < size; k++) {
+            const double by = A[k][i] * pivot;
+            for (int j = i + 1; j < size; j++) {
+                A[k][j] -= by * A[i][j];
             }
-            A[i][k] = i == k ? sqrt(A[i][i]) : A[i][k] / A[k][k];
+            x[k] -= by * x[i];
         }
-        for (int j = 0; j < i; j++) {
+        A[i][i] = pivot;
+    }
+    for (int i = size - 1; i >= 0; i--) {
+        for (int j = i + 1; j < size; j++) {
             x[i] -= A[i][j] * x[j];
         }
-        x[i] /= A[i][i];
-    }
-    for (int i = 5; i >= 0; i--) {
-        for (int j = i + 1; j < 6; j++) {
-            x[i] -= A[j][i] * x[j];
-        }
-        x[i] /= A[i][i];
+        x[i] *= A[i][i];
     }
 }
 
@@ -174,13 +205,13 @@ static double row_product(const double row[6], const double x[6])
 void motion_accelerate(const motion *m, size_t i, const double wrench[6], double acceleration[6])
 {
     const motion_added *added = &m->added[i];
+    const double *inertia = m->inertia[i];
+    const double own[6] = {m->mass[i], m->mass[i], m->mass[i], inertia[0], inertia[1], inertia[2]};
     double mass[6][6];
-    memcpy(mass, added->mass, sizeof mass);
-    for (int k = 0; k < 3; k++) {
-        mass[k][k] += m->mass[i];
-        mass[3 + k][3 + k] += m->inertia[i][k];
-    }
     for (int k = 0; k < 6; k++) {
+        for (int c = 0; c < 6; c++) {
+            mass[k][c] = added->mass[k][c] + (k == c ? own[k] : 0);
+        }
         acceleration[k] = wrench[k] + added->wrench[k];
     }
     for (int side = 0; side < 2; side++) {
@@ -202,7 +233,14 @@ void motion_accelerate(const motion *m, size_t i, const double wrench[6], double
         leave_free(end, acceleration);
         hold_mass(end, mass);
     }
-    solve_six(mass, acceleration);
+    if (added->couples) {
+        solve_small(6, mass, acceleration);
+        return;
+    }
+    solve_small(3, mass, acceleration);
+    for (int k = 3; k < 6; k++) {
+        acceleration[k] /= mass[k][k];
+    }
 }
 
 void motion_added_wrench(const motion *m, size_t i, const double acceleration[6], double wrench[6])

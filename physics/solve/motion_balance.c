@@ -120,11 +120,9 @@ static ad_status go_to(balance *b, double t, ad_error *error)
 static void resist_at_end(const balance *b, int k, int end, double R[3][3], double force[3])
 {
     const motion *m = b->m;
-    const double *body = solve_jump_body(&b->rod->jumps, m->number, k);
     const solve_end_state *now = &m->ends[end];
     double spin[3], spin_rate[3], wrench[6];
-    inertia what = {.mass = body[0], .is_beside = b->rod->jumps.at[k].beside};
-    memcpy(what.eccentric, body + 4, sizeof what.eccentric);
+    const inertia what = solve_jump_body(&b->rod->jumps, m->number, k);
     to_world(R, now->spin, spin);
     to_world(R, now->spin_rate, spin_rate);
     inertia_wrench(

@@ -40,7 +40,8 @@ typedef struct motion_place {
 /* What moves with a node beside its own mass and inertia: its mass matrix, and by what it resists
  * without acceleration; positions and forces in the world, turns and moments in the body frame. */
 typedef struct motion_added {
-    bool any; /* false: 0 */
+    bool any;     /* false: 0 */
+    bool couples; /* false: only the 3 by 3 block of positions is not 0 */
     double mass[6][6], wrench[6];
 } motion_added;
 

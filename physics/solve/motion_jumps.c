@@ -51,16 +51,16 @@ static void principal_axes(double a[3][3], double values[3], double p[4])
 static void set_joint(motion *m, int k)
 {
     const solve_jump *jump = &m->rod->jumps.at[k];
-    const double *inertia = solve_jump_body(&m->rod->jumps, m->rod->jumps.number, k) + 1;
+    const inertia body = solve_jump_body(&m->rod->jumps, m->rod->jumps.number, k);
     motion_place *place = &m->places[k];
     size_t n = (size_t)m->degree + 1, after = (size_t)place->edge * n, before = after - 1;
     double R[3][3], sum[3][3], p[4];
     rotation_matrix(jump->turn, R);
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++) {
-            sum[i][j] =
-                i == j ? inertia[i] + m->point_weight[before] * m->made[before].rotary_inertia[i]
-                       : 0;
+            sum[i][j] = i == j ? body.rotary[i] +
+                                     m->point_weight[before] * m->made[before].rotary_inertia[i]
+                               : 0;
             for (int c = 0; c < 3; c++) {
                 sum[i][j] +=
                     R[i][c] * R[j][c] * m->point_weight[after] * m->made[after].rotary_inertia[c];
@@ -80,11 +80,11 @@ void motion_add_bodies(motion *m)
 {
     const solve_jumps *jumps = &m->rod->jumps;
     for (int k = 0; k < jumps->count; k++) {
-        const double *body = solve_jump_body(jumps, jumps->number, k);
+        const inertia body = solve_jump_body(jumps, jumps->number, k);
         size_t node = m->places[k].node;
-        m->mass[node] += body[0];
+        m->mass[node] += body.mass;
         for (int i = 0; i < 3; i++) {
-            m->inertia[node][i] += body[1 + i];
+            m->inertia[node][i] += body.rotary[i];
         }
         if (jumps->at[k].turns) {
             set_joint(m, k);
