@@ -1,6 +1,6 @@
 #!/bin/sh
 # Dependencies between rooms point one way, tools -> physics -> nn -> autodiff, with
-# optim by itself; among the tools bench -> programs -> judge -> library -> prepare -> config ->
+# optim by itself; among the tools bench -> programs -> library -> prepare -> config ->
 # control -> surrogate -> train -> files, and library -> emit -> control. Within autodiff they are
 # algebra -> run -> compile -> tape and emit -> compile; other folders include the headers that lie in
 # autodiff itself. Within physics they are solve -> chain -> local -> learn -> check -> beam -> rod ->
@@ -61,8 +61,7 @@ find autodiff nn optim physics tests tools -name '*.[ch]' -exec \
         may["tools/environment"] = training " tools/environment "
         may["tools/plan"] = training " tools/environment tools/plan "
         may["tools/optimize"] = training " tools/environment tools/optimize "
-        judging = control " tools/config tools/prepare tools/emit tools/library tools/judge "
-        everything = judging " tools/picture tools/environment tools/plan tools/optimize tools/programs "
+        everything = control " tools/config tools/prepare tools/emit tools/library tools/picture tools/environment tools/plan tools/optimize tools/programs "
         may["tools/files"] = " tools/files autodiff "
         may["tools/picture"] = " tools/picture physics/numerics autodiff "
         may["tools/train"] = training
@@ -72,7 +71,6 @@ find autodiff nn optim physics tests tools -name '*.[ch]' -exec \
         may["tools/prepare"] = control " tools/config tools/prepare "
         may["tools/emit"] = control " tools/emit "
         may["tools/library"] = control " tools/config tools/prepare tools/emit tools/library "
-        may["tools/judge"] = judging
         may["tools/programs"] = everything
         may["tools/bench"] = everything " tools/bench autodiff/compile "
         may["tests"] = everything " tools/bench tests autodiff/emit autodiff/compile autodiff/tape "

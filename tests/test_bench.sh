@@ -3,6 +3,11 @@
 #   test_bench.sh BIN ROOT
 set -u
 . "$(dirname "$0")/programs.sh"
+command -v python3 >/dev/null || exit 77
+
+mkdir parts
+(cd parts && python3 "$ROOT/tests/test_bench.py" "$BIN" >parts.txt 2>&1) || failed "$(cat parts/parts.txt)"
+rm -r parts
 
 tiny=(--set losses.interior.points=16 --set losses.held_out_points=16 --threads 1 --seconds 60)
 methods='first=adam:20,second=adam:10+lbfgs:10'
@@ -12,7 +17,7 @@ methods='first=adam:20,second=adam:10+lbfgs:10'
 printf '# by hand\nname,seconds,error\nslow one,1,0.1\nslow one,10,0.01\nquick,2,0.5\n' >others.csv
 run 0 cpinn-bench "$elastica" "${tiny[@]}" --methods "$methods" --networks 1x4,2x4 --seeds 2 \
     --curve others.csv --out a
-for file in runs.csv runs.h5 summary.csv summary.h5 curves.csv curves.h5 elastica_deep.gp about.txt; do
+for file in runs.csv summary.csv curves.csv elastica_deep.gp about.txt; do
     check a comparison leaves "$file" -- test -s "a/$file"
 done
 check a line for each run -- test \
@@ -82,10 +87,11 @@ rm -r bench
 
 mkdir empty
 own=$(command -v cpinn-bench)
-run 0 env PATH="$PWD/empty" "$own" "$elastica" "${short[@]}" --out b
+ln -s "$(command -v python3)" empty/
+run 0 env PATH="$PWD/empty" "$(command -v python3)" "$own" "$elastica" "${short[@]}" --out b
 check one line on stderr -- test "$(wc -l <stderr.txt)" -eq 1
 said stderr.txt 'no picture, gnuplot is not installed; once it is: \(cd b && gnuplot elastica_deep.gp\)'
-check everything else is there -- test -s b/runs.csv -a -s b/summary.h5 -a -s b/elastica_deep.gp
+check everything else is there -- test -s b/runs.csv -a -s b/summary.csv -a -s b/elastica_deep.gp
 printf '#!/bin/sh\necho "x.gp line 3: unknown terminal" >&2\nexit 1\n' >empty/gnuplot
 chmod +x empty/gnuplot
 run 0 env PATH="$PWD/empty:$PATH" "$own" "$elastica" "${short[@]}" --out c
@@ -118,6 +124,8 @@ said e/about.txt '^runs: [0-3] of 3$'
 
 # ---- the classical solver beside networks, with which sweeps have nothing to do -----------------
 
+run 0 cpinn-bench "$ROOT/configs/heavy_cantilever.yaml" "${tiny[@]}" --methods solver --seeds 1 --out own
+said stdout.txt '^  solver -       collocation .* [0-9.]*e-1[0-9]$' # its own reference, solved anew
 run 0 cpinn-bench "$elastica" "${tiny[@]}" --methods first=adam:20,solver --networks 1x4,2x4 \
     --seeds 1 --out solved
 check one line for the solver -- test "$(grep -c '^\[.*solver - seed .* every stage ended$' \
@@ -129,26 +137,26 @@ said solved/elastica_deep.gp "'solver'"
 bench() {
     cpinn-bench "$elastica" "${tiny[@]}" --out z "$@"
 }
-refused '^--methods quick: there is no such method' bench --methods quick
-refused "^--methods adm:3: 'adm' is not an optimiser" bench --methods a=adm:3
-refused '^--networks 2x: allowed: LAYERSxWIDTH' bench --networks 2x
-refused '^--error size: allowed: position, tip, rotation' bench --error size
+refused '^cpinn-bench: --methods quick: there is no such method' bench --methods quick
+refused "^cpinn-bench: --methods adm:3: 'adm' is not an optimiser" bench --methods a=adm:3
+refused '^cpinn-bench: --networks 2x: allowed: LAYERSxWIDTH' bench --networks 2x
+refused '^cpinn-bench: --error size: allowed: position, tip, rotation' bench --error size
 refused '^cpinn-bench: --seeds 0: allowed: an integer, 1 to 100' bench --seeds 0
 refused '^cpinn-bench: --seconds 0: allowed' bench --seconds 0
-refused '^override rod.lenth=1: ' bench --set rod.lenth=1
-refused '^--set training.stages: .*--methods config' bench \
+refused '^cpinn-bench: override rod.lenth=1: ' bench --set rod.lenth=1
+refused '^cpinn-bench: --set training.stages: .*--methods config' bench \
     --set 'training.stages=[{optimizer: adam}]'
-refused '^--set network.fourier.features: ' bench --networks f4 --set network.fourier.features=3
-refused '^--set network.hidden: ' bench --networks 1x4 --set 'network.hidden=[4]'
+refused '^cpinn-bench: --set network.fourier.features: ' bench --networks f4 --set network.fourier.features=3
+refused '^cpinn-bench: --set network.hidden: ' bench --networks 1x4 --set 'network.hidden=[4]'
 refused 'no_such.yaml: cannot be read' cpinn-bench no_such.yaml --out z
 refused 'names no reference' bench --set reference.analytic=none
 refused 'a scene called elastica_deep is there already' cpinn-bench "$elastica" "$elastica" --out z
 refused 'one CONFIG.yaml at a time' cpinn-bench "$elastica" "$ROOT/configs/rollup.yaml" \
     --curve others.csv --out z
 printf 'seconds,error\n1,1\n2,0\n' >bad.csv
-refused '^bad.csv:3: error is 0; allowed: > 0' bench --curve bad.csv
+refused '^cpinn-bench: bad.csv:3: error is 0; allowed: > 0' bench --curve bad.csv
 refused 'no_such.csv' bench --curve x=no_such.csv
-refused '^--error rotation: the reference cantilever_ramp.csv of .* does not know it' \
+refused '^cpinn-bench: --error rotation: the reference cantilever_ramp.csv of .* does not know it' \
     cpinn-bench "$dynamic" --set losses.interior.points=16 --networks 1x4 --methods adam:1 \
     --error rotation --out z
 echo data >file

@@ -86,7 +86,7 @@ refused '^cpinn-cases: .*FOLDER' cpinn-cases
 refused '^cpinn-cases: unknown option --no-such-option' cpinn-cases few --no-such-option
 refused 'empty: holds no case' cpinn-cases empty
 refused 'a: there is a table already' cpinn-cases few --out a
-refused '^cpinn-cases: --seconds: 0; allowed: a number > 0' cpinn-cases few --seconds 0
-refused '^cpinn-cases: --jobs: two; allowed' cpinn-cases few --jobs two
+refused '^cpinn-cases: --seconds 0: allowed: a number > 0' cpinn-cases few --seconds 0
+refused '^cpinn-cases: --jobs two: allowed' cpinn-cases few --jobs two
 refused 'without mpirun or srun; --jobs N' env OMPI_COMM_WORLD_SIZE=2 cpinn-cases few
 finish

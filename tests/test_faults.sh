@@ -40,7 +40,6 @@ programs=('cpinn-train scene.yaml --out new --threads 1'
     'cpinn-solve scene.yaml --nodes 20 --out new.h5' 'cpinn-solve scene.yaml --path new.csv'
     'cpinn-check scene.yaml --threads 1' 'cpinn-export whole --c new'
     'cpinn-show whole --out new.html'
-    'cpinn-bench scene.yaml --out new --methods w=adam:4 --networks 1x4 --seeds 1 --threads 1 --quiet'
     'cpinn-fit fit.yaml --out new.csv --save new.h5 --picture new.svg --threads 1'
     'cpinn-law law.csv --out new.csv --steps 2 --starts 1 --units 2' "cpinn-control $loop --json new.json"
     "cpinn-residual $arm --measured loop.csv --steps 1 --units 2 --out new.csv")

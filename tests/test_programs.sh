@@ -460,7 +460,7 @@ shared=$(sed -n 's/^#define CLI_[A-Z]*(.*{"\(--[a-z]*\)".*/\1/p' "$ROOT/tools/pr
 check "shared options have one row" -- test "$(wc -w <<<"$shared")" -ge 9
 for name in $shared; do
     check "$name has one row and one help" -- test -z "$(grep -l "{\"$name\"" "$ROOT"/tools/programs/cpinn-*.c)$(
-        grep -l "^  $name " "$ROOT"/tools/programs/help/{train,solve,eval,check,bench,control,export,law,optimize,plan,residual,show}.txt)"
+        grep -l "^  $name " "$ROOT"/tools/programs/help/{train,solve,eval,check,control,export,law,optimize,plan,residual,show}.txt)"
 done
 for source in "$ROOT"/tools/programs/cpinn-*.c; do
     name=$(basename "$source" .c)

@@ -38,55 +38,22 @@ outcome, reason, unknowns, equations, points or nodes, steps.
 Exit status: 0 every row has an error against its reference; 1 some do not, or a file cannot be
 written; 2 bad arguments; 130 or 143 stopped by a signal.
 """
-import argparse
 import concurrent.futures
 import csv
-import json
-import math
-import os
-import signal
-import subprocess
-import sys
 import tempfile
-import time
 
 PROGRAM, VERSION = "cpinn-cases", "@PROJECT_VERSION@"
 COLUMNS = ["case", "method", "form", "outcome", "reason", "position_error", "rotation_error",
            "seconds", "unknowns", "equations", "points", "steps"]
-GRACE = 20  # s beyond the limit, for a last step and what is written
-PROCESSES = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS"]  # of mpirun and srun
 
-running, stopped = set(), []  # processes at work; signals
-
-
-def fail(text, status=2):
-    print(f"{PROGRAM}: {text}", file=sys.stderr)
-    sys.exit(status)
-
-
-class Parser(argparse.ArgumentParser):
-    def error(self, message):
-        fail(message.replace("argument ", "").replace("unrecognized arguments:", "unknown option"))
-
-
-def number(of, least, words):
-    def read(text):
-        try:
-            value = of(text)
-        except ValueError:
-            value = math.nan
-        if not value >= least or value == math.inf:
-            raise argparse.ArgumentTypeError(f"{text}; allowed: {words}")
-        return value
-    return read
-
+@RUNS@
 
 def parse():
-    parser = Parser(prog=PROGRAM, add_help=False, allow_abbrev=False)
+    parser = Parser()
     parser.add_argument("operands", nargs="+", metavar="FOLDER|CONFIG.yaml")
     parser.add_argument("--out")
-    parser.add_argument("--seconds", type=number(float, 1e-9, "a number > 0"), default=600.0)
-    parser.add_argument("--threads", type=number(int, 0, "an integer, 0 or more"), default=0)
+    parser.add_argument("--seconds", type=SECONDS, default=600.0)
+    parser.add_argument("--threads", type=THREADS, default=0)
     parser.add_argument("--jobs", type=number(int, 1, "an integer, 1 or more"), default=1)
     return parser.parse_args()
 
@@ -106,48 +73,6 @@ def find_cases(operands):
             fail(f"{operand}: holds no case, NAME.yaml")
         paths += cases
     return paths
-
-
-def run(limit, program, *arguments):
-    """What the program says by --json, {} if nothing; its exit status; s; whether its time was up.
-
-    A training that is told to stop says how far it has come, and a solver says nothing."""
-    path = os.path.join(os.path.dirname(os.path.realpath(__file__)), program)
-    began = time.monotonic()
-    process = subprocess.Popen([path, *arguments, "--json", "-"], stdin=subprocess.DEVNULL,
-                               stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
-    running.add(process)
-    if stopped:  # meanwhile
-        process.terminate()
-    late = False
-    while True:
-        try:
-            text, _ = process.communicate(timeout=GRACE if late else limit)
-            break
-        except subprocess.TimeoutExpired:
-            (process.kill if late else process.terminate)()
-            late = True
-    running.discard(process)
-    try:
-        said = json.loads(text)
-    except ValueError:
-        said = {}
-    return said, process.returncode, time.monotonic() - began, late
-
-
-def findings(said, status, late, limit):
-    """The worst outcome with its reason, and a line for all that was found."""
-    verdict = said.get("verdict", {})
-    found = [f for f in verdict.get("findings", []) if not (late and f["reason"] == "signal")]
-    if late:
-        found.insert(0, {"outcome": "out of time", "reason": "time_limit" if said else "killed",
-                         "text": f"stopped after {limit:g} s"})
-    elif not said:
-        found.insert(0, {"outcome": "crashed", "reason": "died", "text":
-                         f"signal {-status}" if status < 0 else f"exit status {status}"})
-    else:
-        return verdict["outcome"], verdict["reason"], found
-    return found[0]["outcome"], found[0]["reason"], found
 
 
 def do(asked, path, method):
@@ -190,16 +115,6 @@ def size_of(row):
     return ", ".join(parts) or "-"
 
 
-def seconds_text(seconds):
-    digits = next((d for most, d in ((0.00095, 4), (0.0995, 3), (9.995, 2), (99.95, 1))
-                   if seconds < most), 0)
-    return f"{seconds:.{digits}f}"
-
-
-def error_text(value):
-    return "-" if value is None else f"{value:.1e}"
-
-
 def print_row(row, width, is_named):
     print(f"{row['case'] if is_named else '':{width}}  {row['form']:27}  "
           f"{error_text(row['position_error']):>8}  {error_text(row['rotation_error']):>8}  "
@@ -218,21 +133,9 @@ def write(path, rows):
             table.writerow("nan" if row[name] is None else row[name] for name in COLUMNS)
 
 
-def stop(number, _frame):
-    stopped.append(number)
-    for process in list(running):
-        process.terminate()
-
-
 def main():
-    for option, text in ("--help", __doc__), ("--version", f"{PROGRAM} {VERSION}\n"):
-        if option in sys.argv[1:]:  # argparse would not say that it cannot be written
-            print(text, end="")
-            return 0
     asked = parse()
-    if any(os.environ.get(name, "1") not in ("", "1") for name in PROCESSES):
-        fail("does not share its work among processes: start it without mpirun or srun; --jobs N "
-             "does N runs at a time")
+    alone("; --jobs N does N runs at a time")
     paths = find_cases(asked.operands)
     path = os.path.join(asked.out, "cases.csv") if asked.out is not None else None
     if path and os.path.exists(path):
@@ -242,8 +145,6 @@ def main():
             os.makedirs(asked.out, exist_ok=True)
     except OSError as error:
         fail(f"{error.filename}: the folder cannot be made: {error.strerror}")
-    for number_ in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number_, stop)
     width = max(map(len, ["case"] + [os.path.basename(p)[:-5] for p in paths]))
     print(f"{'case':{width}}  {'method':27}  {'position':>8}  {'rotation':>8}  {'seconds':>7}  size")
     rows = []
@@ -265,12 +166,4 @@ def main():
     return int(any(row["position_error"] is None for row in rows))
 
 
-try:
-    status = main()
-    sys.stdout.flush()
-except SystemExit as end:
-    status = end.code
-except OSError as error:
-    print(f"{PROGRAM}: what it prints could not be written: {error.strerror}", file=sys.stderr)
-    os._exit(1)  # or Python would try once more
-sys.exit(status)
+sys.exit(start(main, lambda: __doc__))

@@ -1,7 +1,6 @@
 /* cpinn-fit: solves equations of one's own; see --help. */
 #include "tools/config/config_equations.h"
 #include "tools/files/file_bytes.h"
-#include "tools/judge/signals.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/conclude.h"
 #include "tools/programs/equation_picture.h"
@@ -9,6 +8,7 @@
 #include "tools/programs/estimates.h"
 #include "tools/programs/help.h"
 #include "tools/programs/picture_file.h"
+#include "tools/programs/signals.h"
 #include "tools/train/clock.h"
 
 #include <math.h>

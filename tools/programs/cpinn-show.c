@@ -1,9 +1,9 @@
 /* cpinn-show: a report as one HTML file; see --help. */
 #include "physics/chain/solve_members.h"
 #include "tools/files/file_bytes.h"
-#include "tools/judge/signals.h"
 #include "tools/programs/help.h"
 #include "tools/programs/show_source.h"
+#include "tools/programs/signals.h"
 #include "tools/train/report.h"
 
 #include <math.h>

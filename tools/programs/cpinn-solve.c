@@ -2,10 +2,10 @@
 #include "physics/beam/beam.h"
 #include "physics/learn/model.h"
 #include "tools/files/shapes_vtk.h"
-#include "tools/judge/judge.h"
 #include "tools/prepare/config_experiment.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/conclude.h"
+#include "tools/programs/form.h"
 #include "tools/programs/help.h"
 #include "tools/programs/path_files.h"
 #include "tools/programs/residual_deviation.h"
@@ -164,7 +164,7 @@ static void tell(const void *of, json *to)
     if (solving->solved) {
         bool moves = scene_is_dynamic(solving->scene);
         json_text(to, "method", solve_method_names()[solving->asked.method]);
-        json_text(to, "form", judge_solver_form(solving->scene, solving->asked.method));
+        json_text(to, "form", form_of_solver(solving->scene, solving->asked.method));
         json_integer(to, "nodes", r->nodes);
         if (r->mode_count > 0) {
             json_integer(to, "modes", r->mode_count);

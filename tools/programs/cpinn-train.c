@@ -1,16 +1,16 @@
 /* cpinn-train: train a network on a scene; see --help. */
 #include "autodiff/dense.h"
-#include "tools/judge/judge.h"
-#include "tools/judge/signals.h"
 #include "tools/prepare/config_session.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/conclude.h"
 #include "tools/programs/explain.h"
+#include "tools/programs/form.h"
 #include "tools/programs/help.h"
 #include "tools/programs/launcher.h"
 #include "tools/programs/program_ranks.h"
 #include "tools/programs/progress.h"
 #include "tools/programs/scene_line.h"
+#include "tools/programs/signals.h"
 #include "tools/programs/train_surrogate.h"
 #include "tools/programs/unknowns.h"
 #include "tools/train/clock.h"
@@ -411,11 +411,11 @@ static void tell(const void *of, json *to)
         json_integer(to, "window", f->at.window);
         json_integer(to, "windows", t->s.e->scene->windows);
         json_number(to, "training_seconds", fit_seconds(f));
-        char form[JUDGE_FORM];
-        judge_form(t->s.e, form);
+        char form[FORM_TEXT];
+        form_of_network(t->s.e, form);
         json_text(to, "form", form);
-        json_integer(to, "unknowns", judge_unknowns(t->s.e));
-        json_integer(to, "equations", judge_equations(t->s.e));
+        json_integer(to, "unknowns", form_unknowns(t->s.e));
+        json_integer(to, "equations", form_equations(t->s.e));
         json_integer(to, "parameters", (int64_t)t->s.e->count);
         json_number(to, "points", info->points);
         json_integer(to, "threads", ad_pool_threads(t->s.e->pool));

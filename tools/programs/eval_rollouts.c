@@ -1,7 +1,7 @@
 #include "tools/programs/eval_rollouts.h"
 
 #include "tools/files/json.h"
-#include "tools/judge/result_table.h"
+#include "tools/files/table_file.h"
 #include "tools/prepare/config_surrogate.h"
 #include "tools/programs/cli.h"
 #include "tools/surrogate/growth.h"
@@ -188,23 +188,36 @@ static void numbers_of(const rollouts_row *row, double numbers[NUMBERS])
            4 * sizeof *numbers);
 }
 
-static ad_status write_table(const rollouts_report *report, const char *folder, ad_error *error)
+static ad_status write_table(const rollouts_report *report, const char *path, ad_error *error)
 {
-    result_table table = result_table_create(number_names, 1, NUMBERS, ROLLOUTS_ROWS);
+    const char *words[ROLLOUTS_ROWS];
+    double columns[NUMBERS][ROLLOUTS_ROWS], numbers[NUMBERS];
+    table_build to;
     for (int r = 0; r < ROLLOUTS_ROWS; r++) {
-        double numbers[NUMBERS];
+        words[r] = report->rows[r].name;
         numbers_of(&report->rows[r], numbers);
-        result_table_add(&table, &report->rows[r].name, numbers);
+        for (int k = 0; k < NUMBERS; k++) {
+            columns[k][r] = numbers[k];
+        }
     }
-    const ad_status status = result_table_write_both(&table, folder, "rollouts", error);
-    result_table_free(&table);
-    return status;
+    table_begin(&to, ROLLOUTS_ROWS);
+    table_add(&to, number_names[0], NULL, NULL, words);
+    for (int k = 0; k < NUMBERS; k++) {
+        table_add(&to, number_names[1 + k], NULL, columns[k], NULL);
+    }
+    return table_write(path, &to.table, error);
 }
 
 static ad_status write_files(const rollouts_report *report, const char *folder, ad_error *error)
 {
-    const ad_status status = run_make_folder(folder, error);
-    return status == AD_OK ? write_table(report, folder, error) : status;
+    static const char *const endings[] = {"csv", "h5"};
+    char path[4096];
+    ad_status status = run_make_folder(folder, error);
+    for (int i = 0; status == AD_OK && i < 2; i++) {
+        snprintf(path, sizeof path, "%s/rollouts.%s", folder, endings[i]);
+        status = write_table(report, path, error);
+    }
+    return status;
 }
 
 static ad_status write_json(const eval_rollouts_options *asked, const surrogate *s,

@@ -1,7 +1,7 @@
 #include "tools/programs/fit_run.h"
 
-#include "tools/judge/signals.h"
 #include "tools/programs/progress.h"
+#include "tools/programs/signals.h"
 
 #include <stdarg.h>
 #include <stdlib.h>

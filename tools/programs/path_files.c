@@ -1,7 +1,7 @@
 #include "tools/programs/path_files.h"
 
 #include "tools/files/table_file.h"
-#include "tools/judge/gnuplot.h"
+#include "tools/programs/gnuplot.h"
 
 #include <math.h>
 #include <stdlib.h>

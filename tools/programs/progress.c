@@ -1,6 +1,6 @@
 #include "tools/programs/progress.h"
 
-#include "tools/judge/signals.h"
+#include "tools/programs/signals.h"
 #include "tools/programs/status_line.h"
 #include "tools/train/clock.h"
 

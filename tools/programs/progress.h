@@ -34,7 +34,7 @@ progress progress_start(FILE *file, bool quiet, const fit *of, const char *note)
  * it, `known` among them, which may be NULL. */
 void progress_watch_shapes(progress *p, trainer *t, const experiment *e, const reference *known);
 
-/* session_train until it is over or a signal comes (tools/judge/signals.h), with a picture if
+/* session_train until it is over or a signal comes (tools/programs/signals.h), with a picture if
  * `watches`. */
 ad_status progress_train(progress *p, session *s, bool watches, ad_error *error);
 

@@ -1,11 +1,11 @@
 /* cpinn-show: shapes as pictures, .svg and .png of some instants, .gif, .mp4 and .webm of all. */
 #include "physics/numerics/sort.h"
 #include "tools/files/file_bytes.h"
-#include "tools/judge/signals.h"
 #include "tools/picture/images.h"
 #include "tools/programs/picture_file.h"
 #include "tools/programs/show_pose.h"
 #include "tools/programs/show_source.h"
+#include "tools/programs/signals.h"
 
 #include <math.h>
 #include <stdlib.h>

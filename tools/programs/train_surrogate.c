@@ -1,12 +1,12 @@
 #include "tools/programs/train_surrogate.h"
 
-#include "tools/judge/signals.h"
 #include "tools/prepare/config_session.h"
 #include "tools/prepare/config_surrogate.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/conclude.h"
 #include "tools/programs/eval_rollouts.h"
 #include "tools/programs/progress.h"
+#include "tools/programs/signals.h"
 #include "tools/surrogate/training.h"
 #include "tools/train/clock.h"
 #include "tools/train/report.h"

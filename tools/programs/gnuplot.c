@@ -1,4 +1,4 @@
-#include "tools/judge/gnuplot.h"
+#include "tools/programs/gnuplot.h"
 
 #include "tools/files/file_bytes.h"
 
@@ -12,7 +12,7 @@
 
 extern char **environ;
 
-void gnuplot_quoted(FILE *file, const char *text)
+static void print_quoted(FILE *file, const char *text)
 {
     fputc('\'', file);
     for (; *text; text++) {
@@ -29,7 +29,7 @@ static void print_output(FILE *file, const char *name, const char *ending)
     char output[GNUPLOT_NAME];
     snprintf(output, sizeof output, "%s.%s", name, ending);
     fprintf(file, "set output ");
-    gnuplot_quoted(file, output);
+    print_quoted(file, output);
     fputc('\n', file);
 }
 
@@ -42,12 +42,6 @@ static ad_status print_script(FILE *file, const gnuplot_picture *what, ad_error 
             what->about, what->name, what->width, what->height);
     print_output(file, what->name, "svg");
     fprintf(file, "set encoding utf8\n");
-    if (what->error) {
-        fprintf(file,
-                "set logscale xy\nset format x '%%h'\nset format y '10^{%%T}'\n"
-                "set xlabel 'run time (s)'\nset ylabel '%s'\n",
-                what->error);
-    }
     fprintf(file, "set border 3 lw 1 lc rgb '#444444'\nset tics nomirror out scale 0.7\n"
                   "set grid xtics ytics lt 1 lw 0.6 lc rgb '#DDDDDD'\n\n");
     ad_status status = what->print(file, what->context, error);

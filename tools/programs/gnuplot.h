@@ -1,19 +1,14 @@
 /* Pictures, drawn by gnuplot from scripts that hold their numbers, so that they can be restyled. */
-#ifndef TOOLS_JUDGE_GNUPLOT_H
-#define TOOLS_JUDGE_GNUPLOT_H
+#ifndef TOOLS_PROGRAMS_GNUPLOT_H
+#define TOOLS_PROGRAMS_GNUPLOT_H
 
 #include "autodiff/error.h"
 
 #include <stdio.h>
 
-/* In gnuplot's single quotes, where a quote is doubled. */
-void gnuplot_quoted(FILE *file, const char *text);
-
-/* Errors over run time, on two logarithmic axes, or what `print` makes of the axes. */
 typedef struct gnuplot_picture {
     const char *name;  /* of the files: less than GNUPLOT_NAME - 8 bytes */
     const char *about; /* a comment in the script, lines */
-    const char *error; /* text of the axis upwards; NULL: not errors over run time */
     int width, height; /* points */
     ad_status (*print)(FILE *file, const void *context, ad_error *error); /* data and plot */
     const void *context;

@@ -1,4 +1,4 @@
-#include "tools/judge/signals.h"
+#include "tools/programs/signals.h"
 
 #include <signal.h>
 #include <stdatomic.h>
