@@ -5,7 +5,6 @@
 
 #include <stddef.h>
 
-extern const char *const help_bench[];
 extern const char *const help_check[];
 extern const char *const help_control[];
 extern const char *const help_eval[];
@@ -15,11 +14,9 @@ extern const char *const help_law[];
 extern const char *const help_plan[];
 extern const char *const help_optimize[];
 extern const char *const help_residual[];
-extern const char *const help_scenes[];
 extern const char *const help_shared[];
 extern const char *const help_show[];
 extern const char *const help_solve[];
-extern const char *const help_step[];
 extern const char *const help_train[];
 
 #endif

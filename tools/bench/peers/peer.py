@@ -1,4 +1,4 @@
-"""What the peers share: the case, the talk with tools/bench/step, the check of the answer."""
+"""What the peers share: the case, the talk with tools/bench/step.py, the check of the answer."""
 import ctypes
 import json
 import os

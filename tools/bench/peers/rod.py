@@ -1,4 +1,4 @@
-"""Residual of the rod (rod_case.h) from its pose and its derivatives. `np` is torch or jax.numpy;
+"""Residual of the rod (step.py) from its pose and its derivatives. `np` is torch or jax.numpy;
 vectors are tuples of arrays over the points, so that nothing but elementwise products is left."""
 
 
