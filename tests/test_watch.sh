@@ -1,114 +1,64 @@
 #!/bin/bash
-# cpinn-train --watch on terminals of many kinds.
-#   test_watch.sh BIN ROOT TERMINAL_RUN
+# cpinn-watch: of a run that goes on and of one that has ended.
+#   test_watch.sh BIN ROOT
 set -u
 . "$(dirname "$0")/programs.sh"
-terminal=$3
-export TERM=xterm LANG=C.UTF-8
-unset LC_ALL LC_CTYPE NO_COLOR
+command -v python3 >/dev/null || exit 77
 
-scene=("$dynamic" --set 'network.hidden=[8, 8]' --set losses.interior.points=48
-    --set losses.held_out_points=16 --set losses.interior.sampler=uniform
-    --set checkpoint.every=1000 --threads 1)
-for_long=(--set 'training.stages=[{optimizer: adam, steps: 1000000}]')
+# ---- a run that has ended: a loss that falls by a decade a second is a straight line -------------
 
-# watch STATUS SIZE [PICTURES ACTION]... -- OPTIONS...: into the screen of that size.
-watch() {
-    local wanted=$1
-    shift
-    local before=()
-    while [ "$1" != -- ]; do
-        before+=("$1")
-        shift
-    done
-    shift
-    run "$wanted" "$terminal" "${before[0]}" screen.txt "${before[@]:1}" -- \
-        cpinn-train "$@" --watch
-}
-
-pictures() {
-    sed -n 's/^pictures //p' stdout.txt
-}
-
-# once PATTERN: in one line of all that is and has been on the screen, as a picture that is drawn
-# over another leaves none.
-once() {
-    [ "$(grep -Ec -- "$1" screen.txt)" -eq 1 ] ||
-        failed "$(grep -Ec -- "$1" screen.txt) lines with '$1': $(cat screen.txt)"
-}
-
-# ---- the same run -----------------------------------------------------------------------------
-
-adam=(--set 'training.stages=[{optimizer: adam, steps: 12000}]')
-run 3 cpinn-train "${scene[@]}" "${adam[@]}" --out plain
-watch 3 100x60 -- "${scene[@]}" "${adam[@]}" --out watched
-check several pictures -- test "$(pictures)" -gt 2
-once '^[a-z_]+  12000 steps in [0-9.]+ s$'
-once '━━ loss .*━━ held-out .*━━ error '
-once '└.*┴.*┴'
-once 't = 0 ■■■■■■■■■ '
-once '^done: 12000 steps'
-said screen.txt '1e-0[0-9]┤'
-said screen.txt '⠉|⠒|⠤|⣀'
-for folder in plain watched; do
-    run 0 cpinn-eval "$folder" --grid 21x11 --out "$folder.csv"
-    without_seconds "$folder/history.csv" >"$folder.history"
-done
-same watched.csv plain.csv
-same watched.history plain.history
-
-# ---- how it ends ------------------------------------------------------------------------------
-
-watch 130 80x60 3 int -- "${scene[@]}" "${for_long[@]}" --out int
-once '^[a-z_]+  [0-9]+ steps in '
-said screen.txt 'stopped at step [0-9]+ and saved; continue with'
-watch 143 80x60 3 term -- "${scene[@]}" "${for_long[@]}" --out int --resume
-once '^[a-z_]+  [0-9]+ steps in '
-said screen.txt 'resumed at step [1-9]'
-watch 1 80x60 -- "${scene[@]}" --set 'training.stages=[{optimizer: adam, steps: 1000000,
-    learning_rate: 1e300}]' --out not_finite
-said screen.txt '^cpinn-train: step .* not finite'
-
-# ---- sizes ------------------------------------------------------------------------------------
-
-for size in 12x5 48x30 300x100; do
-    watch 130 "$size" 2 int -- "${scene[@]}" "${for_long[@]}" --out "$size"
-done
-watch 130 120x40 2 60x20 4 50x12 6 130x50 8 int -- "${scene[@]}" "${for_long[@]}" --out resized
-sed -n '/^----$/,$p' screen.txt >last.txt
-check one picture after changes of size -- test "$(grep -c '━━ loss' last.txt)" -eq 1
-
-# ---- other kinds of rods, families and one-step models ------------------------------------------
-
-for config in helix beam_cantilever; do
-    watch 0 100x80 -- "$ROOT/configs/$config.yaml" --out "$config"
-    once "^$config  [0-9]+ steps in "
-    once '┴'
-done
-said screen.txt 'deflection '
-watch 3 100x80 -- "$ROOT/configs/robots/tendon_family.yaml" --set members.solved=2000 \
-    --set 'training.stages=[{optimizer: soap, steps: 20}]' --out family
-once '7 members of the family'
-watch 130 100x40 2 int -- "$ROOT/configs/robots/soft_arm_control.yaml" --set surrogate.kind=flow \
-    --set surrogate.solved=800 --set 'training.stages=[{optimizer: ssbroyden, steps: 100000}]' \
-    --out one_step
-once '^soft_arm_control  [0-9]+ steps in '
-once '^errors of steps, over those of the linear map'
-
-# ---- terminals that cannot, and none -----------------------------------------------------------
-
-short=(--set 'training.stages=[{optimizer: adam, steps: 20}]')
-export LANG=C
-watch 3 80x60 -- "${scene[@]}" "${short[@]}" --out ascii
-once '== loss .*== held-out '
-check ASCII alone -- test -z "$(LC_ALL=C tr -d '\n\040-\176' <screen.txt)"
-TERM=dumb watch 3 80x60 -- "${scene[@]}" "${short[@]}" --out dumb
-check no picture -- test "$(pictures)" -eq 0
-once '^done: 20 steps'
-run 3 cpinn-train "${scene[@]}" "${short[@]}" --out pipe --watch
-said stdout.txt '^done: 20 steps'
+mkdir ended
+awk 'BEGIN { print "step,seconds,loss,held_out,error"
+    for (i = 0; i <= 40; i++) printf "%d,%g,%g,,%s\n", i, i / 10, 10^(-i / 10), i % 10 ? "" : 10^(-i / 5) }' \
+    >ended/history.csv
+run 0 env COLUMNS=80 LINES=30 cpinn-watch ended
+said stdout.txt '^ended: step 40 in 4.00 s, loss 1.00e-04, error 1.00e-08$'
+said stdout.txt '^ *1e0 '
+said stdout.txt '^ *1e-8 '
+said stdout.txt ' loss \*'
+said stdout.txt ' error #'
+check nothing that is not there -- test "$(grep -c held-out stdout.txt)" -eq 0
+check the size -- awk 'length > 79 { exit 1 } END { exit NR > 28 }' stdout.txt
 check no control sequences -- test -z "$(tr -cd '\033' <stdout.txt)"
-watch 3 80x60 -- "${scene[@]}" "${short[@]}" --out quiet --quiet
-check no picture -- test "$(pictures)" -eq 0
+# From its first column to its last the loss falls by four of the eight decades: half of the height.
+check the loss is a line half as steep as the error -- awk '/\*/ && !/loss/ { if (!first) first = NR; last = NR }
+    /^ *1e0 / { top = NR } /^ *1e-8 / { bottom = NR }
+    END { half = (bottom - top) / 2; exit !(last - top >= half - 1 && last - top <= half + 1) }' stdout.txt
+
+# ---- one that goes on --------------------------------------------------------------------------
+
+cpinn-train "$dynamic" --set 'network.hidden=[8]' --set losses.interior.points=48 --threads 1 --quiet \
+    --set 'training.stages=[{optimizer: adam, steps: 100000000}]' --out going >/dev/null 2>&1 &
+pid=$!
+for ((i = 0; i < 400; i++)); do
+    [ "$(wc -l 2>/dev/null <going/history.csv)" -gt 3 ] 2>/dev/null && break
+    sleep 0.05
+done
+run 0 cpinn-watch going --once
+said stdout.txt '^going: step [1-9][0-9]* in [0-9.]+ s, loss '
+cpinn-watch going >watched.txt 2>&1 &
+watcher=$!
+sleep 1
+check it watches -- kill -0 "$watcher"
+kill -TERM "$pid"
+wait "$pid"
+pid=
+status=0
+wait "$watcher" || status=$?
+check it ends with the run -- test "$status" -eq 0
+check one picture in a pipe -- test "$(grep -c '^going: step' watched.txt)" -eq 1
+step=$(awk -F, 'END { print $1 }' going/history.csv)
+said watched.txt "^going: step $step in "
+
+# ---- what is refused ---------------------------------------------------------------------------
+
+run 0 cpinn-watch --help
+said stdout.txt '^usage: cpinn-watch '
+refused '^cpinn-watch: nowhere: there is no run' cpinn-watch nowhere --once
+refused '^cpinn-watch: DIR is missing' cpinn-watch
+mkdir empty
+ln -s "$(command -v python3)" empty/
+run 1 env PATH="$PWD/empty" python3 "$BIN/cpinn-watch" ended
+said stderr.txt 'gnuplot is not installed'
 
 finish

@@ -60,8 +60,7 @@ int main(int argc, char **argv)
         {"--steps", "N", CLI_INTEGER, &settings.steps, 1, 1000000},
         CLI_SEED(&seed),
         {"--run", "DIR", CLI_TEXT, &run.folder, 0, 0},
-        {"--resume", NULL, CLI_FLAG, &run.resume, 0, 0},
-        {"--watch", NULL, CLI_FLAG, &run.watch, 0, 0}};
+        {"--resume", NULL, CLI_FLAG, &run.resume, 0, 0}};
     const cli_program face = {.name = program, .operand = "TABLE", .help = help_law};
     int status =
         cli_parse(&face, options, sizeof options / sizeof *options, argc, argv, &data_file);

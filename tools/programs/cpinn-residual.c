@@ -410,8 +410,7 @@ int main(int argc, char **argv)
                                CLI_SEED(&o->seed),
                                CLI_JSON(&o->json),
                                {"--run", "DIR", CLI_TEXT, &o->run.folder, 0, 0},
-                               {"--resume", NULL, CLI_FLAG, &o->run.resume, 0, 0},
-                               {"--watch", NULL, CLI_FLAG, &o->run.watch, 0, 0}};
+                               {"--resume", NULL, CLI_FLAG, &o->run.resume, 0, 0}};
     const cli_program face = {.name = program, .operand = "CONFIG.yaml", .help = help_residual};
     int status = cli_parse(&face, rows, sizeof rows / sizeof *rows, argc, argv, &o->config);
     ad_error error;

@@ -463,7 +463,7 @@ static bool read_modes(options *o)
 static int solve_members_of(const options *o)
 {
     if (o->at || o->path || o->from || o->state_out || o->method_name || o->branch > 0 ||
-        o->nodes > 0 || o->perturbation != 0 || o->search.folder || o->search.watch) {
+        o->nodes > 0 || o->perturbation != 0 || o->search.folder) {
         return cli_fail(program, "--members: allowed beside it: --out, --grid, --points, --set, "
                                  "--derivatives, --tolerance, --threads, --json, --quiet");
     }
@@ -508,7 +508,6 @@ int main(int argc, char **argv)
         {"--residuals", "FILE", CLI_TEXT, &o->residuals, 0, 0},
         {"--run", "DIR", CLI_TEXT, &o->search.folder, 0, 0},
         {"--resume", NULL, CLI_FLAG, &o->search.resume, 0, 0},
-        {"--watch", NULL, CLI_FLAG, &o->search.watch, 0, 0},
     };
     const cli_program about = {program, "CONFIG.yaml", help_solve, verdict_help, NULL};
     int status = cli_parse(&about, list, sizeof list / sizeof *list, argc, argv, &o->config);

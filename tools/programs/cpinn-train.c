@@ -36,7 +36,7 @@ typedef struct options {
     cli_list overrides;
     int threads;
     const char *explain; /* NULL: train; "": the scene; "program" */
-    bool resume, print_config, quiet, watch;
+    bool resume, print_config, quiet;
     const ad_ranks *ranks; /* NULL: this process is by itself */
 } options;
 
@@ -317,7 +317,7 @@ static ad_status prepare(training *t, config *settings, ad_error *error)
 
 static void start_progress(training *t)
 {
-    t->progress = progress_start(stdout, t->asked->quiet, trainer_fit(t->s.trainer), NULL);
+    t->progress = progress_start(stdout, t->asked->quiet, trainer_fit(t->s.trainer));
 }
 
 /* Train a motion in the strain form in memory, anew with more modes or a larger degree as long as
@@ -378,13 +378,9 @@ static ad_status train(training *t, ad_error *error)
     announce(t);
     announce_members(t);
     announce_stage(t);
-    if (t->asked->watch) {
-        progress_watch_shapes(&t->progress, t->s.trainer, t->s.e, t->s.known);
-    }
     t->began = train_seconds();
     t->waited = ranks_waited();
     ad_status status = session_train(&t->s, stepped, t, error);
-    progress_end(&t->progress);
     const fit_state state = trainer_fit(t->s.trainer)->state;
     if (status == AD_OK && state == FIT_RUNNING) {
         interrupted(t);
@@ -544,8 +540,8 @@ static int run(const options *o)
     }
     if (is_robot) {
         const train_surrogate_options of = {
-            program,  o->out,  o->json, o->threads, o->resume, o->quiet, o->explain != NULL,
-            o->watch, o->ranks};
+            program, o->out, o->json, o->threads, o->resume, o->quiet, o->explain != NULL,
+            o->ranks};
         return train_surrogate(&of, settings);
     }
     if (status == AD_OK) {
@@ -575,7 +571,6 @@ static int parse(int count, char **arguments, options *o)
         CLI_THREADS(&o->threads),
         {"--print-config", NULL, CLI_FLAG, &o->print_config, 0, 0},
         {"--explain", "program|support", CLI_CHOICE, &o->explain, 0, 0},
-        {"--watch", NULL, CLI_FLAG, &o->watch, 0, 0},
         CLI_JSON(&o->json),
         CLI_QUIET(&o->quiet),
     };
@@ -611,7 +606,6 @@ int main(int count, char **arguments)
     int result = parse(count, arguments, &o);
     if (result == CLI_RUN) {
         o.threads = ranks_threads(o.threads);
-        o.watch = o.watch && !o.ranks; /* what draws asks the network, which all would have to */
         o.json = o.json && !ad_ranks_is_first(o.ranks) ? "-" : o.json; /* to nowhere */
         result = run(&o);
     }

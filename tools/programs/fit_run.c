@@ -48,9 +48,9 @@ static ad_status run(void *context, least_squares *ls, ad_error *error)
         status = session_begin(&s, &folder, o->resume, error);
     }
     if (status == AD_OK) {
-        const bool speaks = !o->quiet && (o->folder || o->watch || isatty(STDERR_FILENO));
-        progress p = progress_start(stderr, !speaks, &ls->fit, NULL);
-        status = progress_train(&p, &s, o->watch, error);
+        const bool speaks = !o->quiet && (o->folder || isatty(STDERR_FILENO));
+        progress p = progress_start(stderr, !speaks, &ls->fit);
+        status = progress_train(&p, &s, error);
         progress_clear(&p);
     }
     if (status == AD_OK && ls->fit.state == FIT_RUNNING) {

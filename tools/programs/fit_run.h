@@ -9,7 +9,7 @@
 
 typedef struct fit_run {
     const char *program, *folder; /* --run; NULL: it is kept nowhere */
-    bool resume, watch, quiet;    /* options of these names; help/shared.txt explains them */
+    bool resume, quiet;           /* options of these names; help/shared.txt explains them */
     char *text; /* all that is asked for, and what a resumed run has to ask for again; owned */
     int signal; /* that has stopped it, or 0 */
 } fit_run;

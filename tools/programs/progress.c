@@ -11,13 +11,12 @@
 
 static const double live_interval = 0.2; /* s */
 
-progress progress_start(FILE *file, bool quiet, const fit *of, const char *note)
+progress progress_start(FILE *file, bool quiet, const fit *of)
 {
     progress p = {.file = file,
                   .quiet = quiet,
                   .live = isatty(fileno(file)),
                   .of = of,
-                  .note = note,
                   .gap = 1,
                   .last = of->at};
     p.started = p.next = p.window_began = p.stage_began = train_seconds();
@@ -34,21 +33,6 @@ static int room(const progress *p)
     struct winsize size;
     bool known = p->live && ioctl(fileno(p->file), TIOCGWINSZ, &size) == 0 && size.ws_col > 1;
     return known ? size.ws_col - 1 : STATUS_LINE_WIDE;
-}
-
-static void watch_on(progress *p)
-{
-    p->watch = p->quiet ? NULL : watch_create(p->file, p->of->settings->name);
-    if (p->watch) {
-        watch_record_rows(p->watch, &p->of->rows);
-    }
-}
-
-void progress_watch_shapes(progress *p, trainer *t, const experiment *e, const reference *known)
-{
-    watch_on(p);
-    p->shapes = p->watch ? watch_shapes_create(e, known) : NULL;
-    p->shaped = t;
 }
 
 void progress_clear(progress *p)
@@ -101,7 +85,7 @@ static double time_left(const progress *p, double now, bool *at_most)
     return status_time_left(&pace, at_most);
 }
 
-/* The speed is that of points, if they are counted, else and in pictures that of steps. */
+/* The speed is that of points, if they are counted, else that of steps. */
 static status_line line_of(const progress *p, double now)
 {
     const train_settings *settings = p->of->settings;
@@ -122,38 +106,10 @@ static status_line line_of(const progress *p, double now)
                         .steps_per_s = NAN};
     line.left = time_left(p, now, &line.at_most);
     line.points_per_s = of->points / (now - p->started);
-    if (p->watch || isnan(of->points)) {
+    if (isnan(of->points)) {
         line.steps_per_s = (double)(at->step - p->first_step) / (now - p->started);
     }
     return line;
-}
-
-static void draw(progress *p, const status_line *line, const char *over)
-{
-    if (p->shapes) {
-        watch_shapes_update(p->shapes, p->shaped);
-    }
-    watch_draw(p->watch, &(watch_view){.line = *line,
-                                       .over = over,
-                                       .rows = &p->of->rows,
-                                       .shapes = p->shapes,
-                                       .note = p->note});
-}
-
-void progress_end(progress *p)
-{
-    const fit *of = p->of;
-    if (p->watch && of->at.step > p->first_step) {
-        char over[64];
-        const status_line line = {.loss = of->loss, .held_out = of->held_out, .error = of->error};
-        snprintf(over, sizeof over, "%lld steps in %.2f s", (long long)of->at.step,
-                 fit_seconds(of));
-        draw(p, &line, over);
-    }
-    watch_free(p->watch);
-    watch_shapes_free(p->shapes);
-    p->watch = NULL;
-    p->shapes = NULL;
 }
 
 void progress_step(progress *p)
@@ -163,17 +119,10 @@ void progress_step(progress *p)
     }
     double now = train_seconds();
     follow(p, &p->of->at, now);
-    if (p->watch) {
-        watch_record(p->watch, fit_seconds(p->of), p->of->loss);
-    }
-    if (p->of->state != FIT_RUNNING || (p->watch ? !watch_is_due(p->watch) : now < p->next)) {
+    if (p->of->state != FIT_RUNNING || now < p->next) {
         return;
     }
     const status_line status = line_of(p, now);
-    if (p->watch) {
-        draw(p, &status, NULL);
-        return;
-    }
     char line[STATUS_LINE_SIZE];
     int columns = room(p), width = status_line_text(&status, columns, line);
     if (p->live) { /* blanks cover the rest of a longer line before */
@@ -195,14 +144,9 @@ static bool stepped(void *context)
     return !signals_caught();
 }
 
-ad_status progress_train(progress *p, session *s, bool watches, ad_error *error)
+ad_status progress_train(progress *p, session *s, ad_error *error)
 {
-    if (watches) {
-        watch_on(p);
-    }
-    const ad_status status = session_train(s, stepped, p, error);
-    progress_end(p);
-    return status;
+    return session_train(s, stepped, p, error);
 }
 
 void progress_say(progress *p, const char *format, ...)
@@ -213,16 +157,10 @@ void progress_say(progress *p, const char *format, ...)
     va_list arguments;
     va_start(arguments, format);
     progress_clear(p);
-    if (p->watch) {
-        watch_hide(p->watch);
-    }
     vfprintf(p->file, format, arguments);
     fputc('\n', p->file);
     fflush(p->file);
     va_end(arguments);
-    if (p->watch) {
-        watch_show(p->watch);
-    }
 }
 
 void progress_members(progress *p, const targets_errors *errors, double length)

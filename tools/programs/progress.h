@@ -1,9 +1,8 @@
-/* What a run says while it trains: one live line or a picture on a terminal, plain lines at growing
+/* What a run says while it trains: one live line on a terminal, plain lines at growing
  * intervals in a pipe, and at the end error against run time. */
 #ifndef TOOLS_PROGRAMS_PROGRESS_H
 #define TOOLS_PROGRAMS_PROGRESS_H
 
-#include "tools/programs/watch.h"
 #include "tools/train/session.h"
 
 typedef struct progress {
@@ -11,7 +10,6 @@ typedef struct progress {
     bool quiet;
     bool live;                        /* a terminal */
     const fit *of;                    /* borrowed */
-    const char *note;                 /* a line below a picture's curves; NULL: none */
     double started;                   /* of this process */
     double next, gap;                 /* when to speak again */
     int64_t first_step;               /* of this process */
@@ -23,27 +21,18 @@ typedef struct progress {
     bool window_whole;                /* this process has trained the window from its beginning */
     int windows_timed;                /* windows trained by this process from beginning to end */
     double windows_seconds;           /* that they took together */
-    watch *watch;                     /* the picture in place of the live line; NULL: none */
-    watch_shapes *shapes;             /* in it; NULL: none */
-    trainer *shaped;                  /* whose they are */
 } progress;
 
-progress progress_start(FILE *file, bool quiet, const fit *of, const char *note);
+progress progress_start(FILE *file, bool quiet, const fit *of);
 
-/* From now on with a picture, where the file can show one, until progress_end, and with shapes in
- * it, `known` among them, which may be NULL. */
-void progress_watch_shapes(progress *p, trainer *t, const experiment *e, const reference *known);
-
-/* session_train until it is over or a signal comes (tools/programs/signals.h), with a picture if
- * `watches`. */
-ad_status progress_train(progress *p, session *s, bool watches, ad_error *error);
+/* session_train until it is over or a signal comes (tools/programs/signals.h). */
+ad_status progress_train(progress *p, session *s, ad_error *error);
 
 /* To be called after every step. Prints only when it is time to. */
 void progress_step(progress *p);
 
-/* Removes the live line; the last picture stays. */
+/* Removes the live line. */
 void progress_clear(progress *p);
-void progress_end(progress *p);
 
 /* Prints a line that stays, in place of the live line. */
 void progress_say(progress *p, const char *format, ...) __attribute__((format(printf, 2, 3)));

@@ -57,8 +57,7 @@ static ad_status begin(training *t, ad_error *error)
 
 static void start_progress(training *t)
 {
-    t->progress = progress_start(stdout, t->asked->quiet, surrogate_training_fit(t->own),
-                                 "errors of steps, over those of the linear map");
+    t->progress = progress_start(stdout, t->asked->quiet, surrogate_training_fit(t->own));
 }
 
 static void announce(training *t)
@@ -265,7 +264,7 @@ static ad_status go(training *t, bool *began, ad_error *error)
         start_progress(t);
         announce(t);
         signals_catch();
-        status = progress_train(&t->progress, &t->s, t->asked->watch, error);
+        status = progress_train(&t->progress, &t->s, error);
         t->seconds = fit_seconds(t->s.fit);
     }
     if (status == AD_OK && t->s.fit->state == FIT_RUNNING) {

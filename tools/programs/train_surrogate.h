@@ -9,7 +9,7 @@
 typedef struct train_surrogate_options {
     const char *program, *out, *json; /* out, json: NULL: default, none */
     int threads;
-    bool resume, quiet, explain, watch;
+    bool resume, quiet, explain;
     const ad_ranks *ranks; /* that share the work; the first prints and writes; NULL: none */
 } train_surrogate_options;
 
