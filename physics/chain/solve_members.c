@@ -172,8 +172,8 @@ static ad_status run_group(void *context, int item, int thread, ad_error *error)
     if (of->margin) {
         const size_t by = first * (size_t)solver->count;
         return strain_group_margin(group, members, parameters, of->given + first * unknowns,
-                                   of->axis, of->beside + by, of->margin + first, after(of->by, by),
-                                   error);
+                                   of->axis, of->beside + by, of->margin + SOLVE_MARGINS * first,
+                                   after(of->by, SOLVE_MARGINS * by), error);
     }
     return of->given ? strain_group_refine(group, members, parameters, of->given + first * unknowns,
                                            of->steps, values, curvature,
@@ -192,8 +192,8 @@ static ad_status run(batch *of, ad_error *error)
                   {of->curvature, 3 * solve_members_nodes(members) * sizeof(double)},
                   {of->results, sizeof *of->results},
                   {of->answers, sizeof *of->answers},
-                  {of->margin, sizeof *of->margin},
-                  {of->by, (size_t)members->count * sizeof *of->by}};
+                  {of->margin, SOLVE_MARGINS * sizeof *of->margin},
+                  {of->by, SOLVE_MARGINS * (size_t)members->count * sizeof *of->by}};
     ad_dealt made[sizeof wanted / sizeof *wanted];
     int count = 0;
     for (size_t i = 0; i < sizeof wanted / sizeof *wanted; i++) {
@@ -254,6 +254,8 @@ ad_status solve_members_margin(solve_members *solver, size_t members, const doub
     const size_t count = (size_t)solver->count;
     double *beside = malloc((members * count + 1) * sizeof *beside);
     const rod_plane plane = rod_plane_of(&solver->open);
+    const bool is_plane = plane.is_planar && (solver->open.motion == SCENE_PLANAR ||
+                                              !rod_has_energy(&solver->open, false));
     batch of = {.x = solver,
                 .members = members,
                 .parameters = parameters,
@@ -261,7 +263,7 @@ ad_status solve_members_margin(solve_members *solver, size_t members, const doub
                 .margin = margin,
                 .by = by,
                 .beside = beside,
-                .axis = plane.is_planar ? plane.director : -1};
+                .axis = is_plane ? plane.director : -1};
     if (!beside) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu members", members);
     }

@@ -137,17 +137,22 @@ ad_status solve_members_forces(solve_members *solver, size_t members, const doub
                                const double *curvature, int from, double *jacobian, double *forces,
                                double *by, ad_error *error);
 
-/* The stability margin of equilibria next to this curvature, margin [members], and its derivatives
- * by the parameters, by [members][parameter_count], or NULL. It is the least of the second
+enum { SOLVE_MARGINS = 2 };
+
+/* The stability margin of equilibria next to this curvature and the next that bounds it, margin
+ * [members][SOLVE_MARGINS], and their derivatives by the parameters, by
+ * [members][SOLVE_MARGINS][parameter_count], or NULL. It is the least of the second
  * variation of the energy over what the same change of curvature stores in bending and twist by the
  * section alone, at most 1. That is the share of these stiffnesses that the rod could lose, all
  * else and the shape as they are, before it gives way. 1 where nothing softens it, as without
- * loads; 0 where it gives way; of a column 1 - P/P_cr. In the plane alone where the family is
- * planar. It means that where the loads have an energy (physics/solve/stability.h). Derivatives are
- * those by its vector, by differences of fourth order along the equilibria. They are off by some
- * 1e-8 where the mesh resolves these and a fold is not within 1e-3 of a range; of two that are
- * least one counts. Not a number where it is not found. AD_NO_MEMORY, AD_NO_BLAS; errors of
- * formulas. */
+ * loads; 0 where it gives way; of a column 1 - P/P_cr. In the plane alone where `motion` of a
+ * planar family says so, or where its loads have an energy in the plane alone. It means that where
+ * the loads have an energy (physics/solve/stability.h). The margin has a kink where it and the next
+ * one are the same, as of a column that buckles in two planes. Each is smooth along its own vector,
+ * and both together bound the margin without a kink. Derivatives are those by these vectors, by
+ * differences of fourth order along the equilibria. They are off by some 1e-8 where the mesh
+ * resolves these and a fold is not within 1e-3 of a range. Not a number where it is not found.
+ * AD_NO_MEMORY, AD_NO_BLAS; errors of formulas. */
 ad_status solve_members_margin(solve_members *solver, size_t members, const double *parameters,
                                const double *curvature, double *margin, double *by,
                                ad_error *error);

@@ -18,17 +18,18 @@ enum { STEPS = 3, SIDES = 4 };
 static const double way[SIDES] = {-2, -1, 1, 2};
 static const double weight[SIDES] = {1. / 12, -2. / 3, 2. / 3, -1. / 12};
 
-/* Of vectors by inverse iteration: how far from the eigenvalue, and how often. */
-static const double NEAR = 1e-6;
-enum { TURNS = 4 };
+/* Of vectors by inverse iteration: how far from the eigenvalue, and how often. Of two eigenvalues
+ * that are one: how near. */
+static const double NEAR = 1e-6, ONE = 1e-8;
+enum { TURNS = 4, BOTH = SOLVE_MARGINS };
 
 typedef struct margins {
     strain_group *group;
     strain_form *form;
-    int n, axis;                   /* unknowns; a plane's curvature, or -1 */
-    lanes *matrix;                 /* [n][n], by columns */
-    lanes *right, *result, *left;  /* [n] vectors of lanes, and what the matrix makes of one */
-    double *dense, *factor, *room; /* [n][n], and [4 n + 1] */
+    int n, axis;                              /* unknowns; a plane's curvature, or -1 */
+    lanes *matrix;                            /* [n][n], by columns */
+    lanes *right[BOTH], *left[BOTH], *result; /* [n] vectors of lanes, what a matrix makes of one */
+    double *dense, *factor, *room;            /* [n][n], and [4 n + 1] */
     int *pivots;
     double *steps; /* [LANES][parameters] a member beside */
 } margins;
@@ -80,17 +81,18 @@ static void put_matrix(const margins *m, int lane, double shift, bool transposed
 }
 
 /* By the eigenvalues 1/(lambda + 1) of (A + B)^-1 B, as B is singular. NaN: not found. */
-static double least_of(margins *m, int lane)
+static void find_least(margins *m, int lane, double least[BOTH])
 {
     const int n = m->n, elastic = m->form->elastic;
-    double *real = m->room, *imaginary = real + n, least = 1;
+    double *real = m->room, *imaginary = real + n;
+    least[0] = least[1] = NAN;
     put_matrix(m, lane, -1, false, m->factor);
     memset(m->dense, 0, (size_t)n * (size_t)elastic * sizeof *m->dense);
     for (int i = 0; i < elastic; i++) {
         m->dense[i * n + i] = counts(m, i);
     }
     if (ad_dense_lu((size_t)n, m->factor, m->pivots) != 0) {
-        return NAN;
+        return;
     }
     ad_dense_lu_solve((size_t)n, (size_t)elastic, m->factor, m->pivots, m->dense);
     for (int c = 0; c < elastic; c++) { /* rows of curvatures alone */
@@ -98,12 +100,14 @@ static double least_of(margins *m, int lane)
     }
     double *work = m->factor; /* of n^2 > 3 n + 1 */
     if (ad_dense_eigenvalues((size_t)elastic, m->dense, real, imaginary, work) != 0) {
-        return NAN;
+        return;
     }
+    least[0] = least[1] = 1;
     for (int i = 0; i < elastic; i++) {
-        least = fabs(real[i]) > NEAR ? fmin(least, 1 / real[i] - 1) : least;
+        const double value = fabs(real[i]) > NEAR ? 1 / real[i] - 1 : 1;
+        least[1] = fmin(least[1], fmax(least[0], value));
+        least[0] = fmin(least[0], value);
     }
-    return least;
 }
 
 /* The vector of an eigenvalue, or that of the transposed matrix, from what is in `to`. */
@@ -131,6 +135,119 @@ static bool find_vector(margins *m, int lane, double value, bool transposed, lan
     return true;
 }
 
+/* Vectors c of a matrix [2][2] with real eigenvalues, as columns. */
+static void vectors_of(double a[2][2], double c[2][2])
+{
+    const double half = (a[0][0] - a[1][1]) / 2;
+    const double apart = sqrt(fmax(0, half * half + a[0][1] * a[1][0]));
+    for (int k = 0; k < 2; k++) {
+        const double value = (a[0][0] + a[1][1]) / 2 + (k ? apart : -apart);
+        const double one[2] = {a[0][1], value - a[0][0]}, other[2] = {value - a[1][1], a[1][0]};
+        const bool first = hypot(one[0], one[1]) >= hypot(other[0], other[1]);
+        const double *of = first ? one : other, size = hypot(of[0], of[1]);
+        c[0][k] = size > 0 ? of[0] / size : k == 0;
+        c[1][k] = size > 0 ? of[1] / size : k == 1;
+    }
+}
+
+/* What is between left and right vectors: the matrix; a weight of each curvature by its axis and
+ * its place; and B. */
+static void project(const margins *m, int lane, double a[2][2], double w[2][2], double b[2][2])
+{
+    for (int i = 0; i < 2; i++) {
+        for (int k = 0; k < 2; k++) {
+            a[i][k] = w[i][k] = b[i][k] = 0;
+            for (int c = 0; c < m->n; c++) {
+                const double x = m->right[k][c][lane];
+                for (int r = 0; r < m->n; r++) {
+                    a[i][k] += m->left[i][r][lane] * m->matrix[c * m->n + r][lane] * x;
+                }
+                const double both = counts(m, c) ? m->left[i][c][lane] * x : 0;
+                b[i][k] += both;
+                w[i][k] += both * (1 + c % 3 + 0.3 * c / m->n);
+            }
+        }
+    }
+}
+
+/* a becomes b^-1 a. */
+static void divide(double b[2][2], double a[2][2])
+{
+    const double size = b[0][0] * b[1][1] - b[0][1] * b[1][0];
+    for (int k = 0; k < 2; k++) {
+        const double first = a[0][k], second = a[1][k];
+        a[0][k] = (b[1][1] * first - b[0][1] * second) / size;
+        a[1][k] = (b[0][0] * second - b[1][0] * first) / size;
+    }
+}
+
+/* Iteration leaves of the vectors of two near eigenvalues some in each other. Where the two are
+ * one, their vectors are any: those are taken that the weights do not mix, as bending about either
+ * axis of a section. */
+static void separate(margins *m, int lane, double margin[BOTH])
+{
+    double a[2][2], w[2][2], b[2][2], c[2][2];
+    project(m, lane, a, w, b);
+    divide(b, a);
+    divide(b, w);
+    const double half = (a[0][0] - a[1][1]) / 2;
+    const bool apart = half * half + a[0][1] * a[1][0] > ONE * ONE;
+    vectors_of(apart ? a : w, c);
+    for (int i = 0; i < m->n; i++) {
+        double right[2] = {m->right[0][i][lane], m->right[1][i][lane]};
+        double left[2] = {m->left[0][i][lane], m->left[1][i][lane]};
+        for (int k = 0; k < 2; k++) {
+            m->right[k][i][lane] = c[0][k] * right[0] + c[1][k] * right[1];
+        }
+        /* rows of (b c)^-1 */
+        double bc[2][2], of[2][2] = {{left[0], 0}, {left[1], 0}};
+        for (int r = 0; r < 2; r++) {
+            for (int k = 0; k < 2; k++) {
+                bc[r][k] = b[r][0] * c[0][k] + b[r][1] * c[1][k];
+            }
+        }
+        divide(bc, of);
+        m->left[0][i][lane] = of[0][0];
+        m->left[1][i][lane] = of[1][0];
+    }
+    project(m, lane, a, w, b);
+    for (int k = 0; k < 2; k++) {
+        margin[k] = a[k][k] / b[k][k];
+    }
+    if (margin[0] > margin[1]) {
+        const double first = margin[0];
+        margin[0] = margin[1];
+        margin[1] = first;
+        for (int i = 0; i < m->n; i++) {
+            const double right = m->right[0][i][lane], left = m->left[0][i][lane];
+            m->right[0][i][lane] = m->right[1][i][lane];
+            m->left[0][i][lane] = m->left[1][i][lane];
+            m->right[1][i][lane] = right;
+            m->left[1][i][lane] = left;
+        }
+    }
+}
+
+/* With vectors of both. */
+static bool find_vectors(margins *m, int lane, double margin[BOTH])
+{
+    bool found = true;
+    for (int k = 0; k < BOTH; k++) {
+        for (int i = 0; i < m->n; i++) {
+            m->right[k][i][lane] = counts(m, i) ? 1 + (k ? 1 : 0.1) * sin(1 + i + k * i) : 0;
+        }
+        found = found && find_vector(m, lane, margin[k], false, m->right[k]);
+        for (int i = 0; i < m->n; i++) {
+            m->left[k][i][lane] = counts(m, i) ? m->right[k][i][lane] : 0;
+        }
+        found = found && find_vector(m, lane, margin[k], true, m->left[k]);
+    }
+    if (found && margin[1] < 1) {
+        separate(m, lane, margin);
+    }
+    return found;
+}
+
 static void find_margins(margins *m, size_t members, bool vectors, double *margin)
 {
     strain_form *form = m->form;
@@ -140,19 +257,11 @@ static void find_margins(margins *m, size_t members, bool vectors, double *margi
         form->direction[c] = NO_LANES;
     }
     for (int lane = 0; lane < (int)members; lane++) {
-        margin[lane] = least_of(m, lane);
-        for (int i = 0; i < m->n; i++) {
-            m->right[i][lane] = counts(m, i) ? 1 + 0.1 * sin(1 + i) : 0;
+        double *both = margin + BOTH * lane;
+        find_least(m, lane, both);
+        if (vectors && isfinite(both[0]) && !find_vectors(m, lane, both)) {
+            both[0] = both[1] = NAN;
         }
-        if (!vectors || !isfinite(margin[lane])) {
-            continue;
-        }
-        bool found = find_vector(m, lane, margin[lane], false, m->right);
-        for (int i = 0; i < m->n; i++) {
-            m->left[i][lane] = counts(m, i) ? m->right[i][lane] : 0;
-        }
-        found = found && find_vector(m, lane, margin[lane], true, m->left);
-        margin[lane] = found ? margin[lane] : NAN;
     }
 }
 
@@ -163,7 +272,7 @@ static ad_status derive(margins *m, size_t members, const double *parameters,
 {
     const int count = m->group->count;
     ad_status status = AD_OK;
-    memset(by, 0, members * (size_t)count * sizeof *by);
+    memset(by, 0, members * BOTH * (size_t)count * sizeof *by);
     for (int k = 0; k < count * SIDES && status == AD_OK; k++) {
         const int p = k / SIDES;
         for (size_t i = 0; i < members * (size_t)count; i++) {
@@ -171,21 +280,23 @@ static ad_status derive(margins *m, size_t members, const double *parameters,
                 parameters[i] + ((int)(i % (size_t)count) == p ? way[k % SIDES] * steps[i] : 0);
         }
         status = settle(m, members, m->steps, curvature, error);
-        for (int i = 0; i < m->n && status == AD_OK; i++) {
-            m->form->direction[i] = m->right[i];
-        }
-        if (status == AD_OK) {
+        for (int which = 0; which < BOTH && status == AD_OK; which++) {
+            memcpy(m->form->direction, m->right[which], (size_t)m->n * sizeof(lanes));
             strain_form_apply(m->form, m->form->direction, m->result);
             memset(m->form->direction, 0, (size_t)m->form->unknowns * sizeof(lanes));
-        }
-        for (size_t lane = 0; lane < members && status == AD_OK; lane++) {
-            double change = 0, size = 0;
-            for (int i = 0; i < m->n; i++) {
-                change += m->left[i][lane] * m->result[i][lane];
-                size += counts(m, i) ? m->left[i][lane] * m->right[i][lane] : 0;
+            for (size_t lane = 0; lane < members; lane++) {
+                const size_t of = BOTH * lane + (size_t)which;
+                double change = 0, size = 0;
+                for (int i = 0; i < m->n; i++) {
+                    const double left = m->left[which][i][lane];
+                    change += left * m->result[i][lane];
+                    size += counts(m, i) ? left * m->right[which][i][lane] : 0;
+                }
+                by[of * (size_t)count + (size_t)p] +=
+                    margin[of] < 1 ? weight[k % SIDES] * change /
+                                         (size * steps[lane * (size_t)count + (size_t)p])
+                                   : 0;
             }
-            const size_t at = lane * (size_t)count + (size_t)p;
-            by[at] += margin[lane] < 1 ? weight[k % SIDES] * change / (size * steps[at]) : 0;
         }
     }
     return status;
@@ -202,15 +313,17 @@ ad_status strain_group_margin(strain_group *group, size_t members, const double 
         malloc((2 * square + 4 * n + 1 + LANES * (size_t)(group->count + 1)) * sizeof *numbers);
     ad_status status = ad_dense_load(error);
     m.pivots = malloc(n * sizeof *m.pivots);
-    lanes *room = malloc((square + 3 * n) * sizeof *room);
+    lanes *room = malloc((square + (2 * BOTH + 1) * n) * sizeof *room);
     if (status == AD_OK && (!numbers || !room || !m.pivots)) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for a stability margin");
     }
     if (status == AD_OK) {
         m.matrix = room;
-        m.right = m.matrix + square;
-        m.result = m.right + n;
-        m.left = m.result + n;
+        m.result = m.matrix + square;
+        for (size_t k = 0; k < BOTH; k++) {
+            m.right[k] = m.result + (1 + 2 * k) * n;
+            m.left[k] = m.right[k] + n;
+        }
         m.dense = numbers;
         m.factor = m.dense + square;
         m.room = m.factor + square;

@@ -154,6 +154,11 @@ typedef struct rod_plane {
 
 rod_plane rod_plane_of(const scene *scene);
 
+/* Whether loads and ends of a rod at rest have an energy that its shape tells, in a plane or in
+ * space. What follows the rod has none, nor have moments in space. A shape does not tell the
+ * tension of a tendon whose displacement is given, or that rubs. */
+bool rod_has_energy(const scene *rod_scene, bool planar);
+
 /* Whether the quaternion of the end s = length may as well mean another turn than the shorter one
  * that it is taken for. It is then half a turn or so, or a quaternion written for the longer way.
  * turn: that shorter one from where the unstressed rod ends, a rotation vector in the world's axes.

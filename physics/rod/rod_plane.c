@@ -380,3 +380,23 @@ rod_plane rod_plane_of(const scene *rod_scene)
     }
     return plane;
 }
+
+bool rod_has_energy(const scene *rod_scene, bool planar)
+{
+    const scene_loads *loads = &rod_scene->loads;
+    for (int i = 0; i < rod_scene->point_count; i++) {
+        const scene_load *load = &rod_scene->points[i].load;
+        if (load->frame == SCENE_FOLLOWER || (!planar && load->moment[0].is_given)) {
+            return false;
+        }
+    }
+    bool moments = loads->moment[0].is_given || loads->tip.moment[0].is_given ||
+                   loads->base.moment[0].is_given;
+    bool followers = loads->frame == SCENE_FOLLOWER || loads->tip.frame == SCENE_FOLLOWER ||
+                     loads->base.frame == SCENE_FOLLOWER;
+    bool turns = !scene_end_holds_rotation(rod_scene->start.type) &&
+                 !scene_end_holds_rotation(rod_scene->end.type);
+    return !scene_is_dynamic(rod_scene) && !scene_is_manufactured(rod_scene) && !followers &&
+           (planar || (!moments && !turns)) && !scene_has_displaced_tendons(rod_scene) &&
+           !scene_has_rubbing_tendons(rod_scene);
+}

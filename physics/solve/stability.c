@@ -35,28 +35,6 @@ typedef struct variation {
     double typical;                        /* bending stiffness of the rod */
 } variation;
 
-/* Whether the question makes sense for this scene: a shape does not tell the tension of a tendon
- * whose displacement is given, or that rubs. */
-static bool is_asked(const scene *rod_scene, bool planar)
-{
-    const scene_loads *loads = &rod_scene->loads;
-    for (int i = 0; i < rod_scene->point_count; i++) {
-        const scene_load *load = &rod_scene->points[i].load;
-        if (load->frame == SCENE_FOLLOWER || (!planar && load->moment[0].is_given)) {
-            return false;
-        }
-    }
-    bool moments = loads->moment[0].is_given || loads->tip.moment[0].is_given ||
-                   loads->base.moment[0].is_given;
-    bool followers = loads->frame == SCENE_FOLLOWER || loads->tip.frame == SCENE_FOLLOWER ||
-                     loads->base.frame == SCENE_FOLLOWER;
-    bool turns = !scene_end_holds_rotation(rod_scene->start.type) &&
-                 !scene_end_holds_rotation(rod_scene->end.type);
-    return !scene_is_dynamic(rod_scene) && !scene_is_manufactured(rod_scene) && !followers &&
-           (planar || (!moments && !turns)) && !scene_has_displaced_tendons(rod_scene) &&
-           !scene_has_rubbing_tendons(rod_scene);
-}
-
 /* R(q)^T R(p) e_k */
 static void turned(const double p[4], const double q[4], int k, double result[3])
 {
@@ -591,7 +569,7 @@ ad_status stability_count_with(const scene *rod_scene, double load_factor, doubl
         return AD_OK;
     }
     rod_plane plane = rod_plane_of(rod_scene);
-    if (!is_asked(rod_scene, plane.is_planar)) {
+    if (!rod_has_energy(rod_scene, plane.is_planar)) {
         return AD_OK;
     }
     variation x = {.axes = plane.is_planar ? 1 : 3,
@@ -655,7 +633,7 @@ const char *stability_without_margin(const scene *rod_scene)
                ? "has no margin with tendons of given length or with friction"
            : rod_scene->tube_count > 0 || rod_scene->rod.law
                ? "has no margin with tubes or with a law of the section"
-           : follows || !is_asked(rod_scene, rod_plane_of(rod_scene).is_planar)
+           : follows || !rod_has_energy(rod_scene, rod_plane_of(rod_scene).is_planar)
                ? "has no margin where loads have no energy, as those that follow the rod and, in "
                  "space, moments"
                : NULL;

@@ -621,19 +621,20 @@ ad_status cpinn_family_margin(cpinn_family *family, size_t members, const double
 {
     const size_t count = (size_t)family->count;
     ad_status status = AD_OK;
+    if (!family->solver) {
+        put_nothing(SOLVE_MARGINS * members, margin);
+        put_nothing(by ? SOLVE_MARGINS * members * count : 0, by);
+        return AD_OK;
+    }
     for (size_t first = 0; first < members && status == AD_OK; first += family->chunk) {
         const size_t left = members - first, now = left < family->chunk ? left : family->chunk;
         const double *given = parameters + first * count;
-        if (!family->solver) {
-            put_nothing(now, margin + first);
-            put_nothing(by ? now * count : 0, by ? by + first * count : by);
-            continue;
-        }
         status = solve_members_curvature(family->solver, now, given, NULL, family->curvature,
                                          family->solved, error);
         if (status == AD_OK) {
             status = solve_members_margin(family->solver, now, given, family->curvature,
-                                          margin + first, by ? by + first * count : NULL, error);
+                                          margin + SOLVE_MARGINS * first,
+                                          by ? by + SOLVE_MARGINS * first * count : NULL, error);
         }
     }
     return status;

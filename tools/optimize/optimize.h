@@ -22,8 +22,8 @@
 typedef struct optimize_solver {
     ad_status (*solve)(void *of, size_t members, const double *parameters, double *values,
                        double *jacobian, bool *solved, ad_error *error);
-    /* Their stability margins [members] and derivatives [members][parameters], or NULL, where a
-     * formula has them. */
+    /* Their stability margins [members][SOLVE_MARGINS] and derivatives
+     * [members][SOLVE_MARGINS][parameters], or NULL, where a formula has them. */
     ad_status (*margin)(void *of, size_t members, const double *parameters, double *margin,
                         double *by, ad_error *error);
     void *of;

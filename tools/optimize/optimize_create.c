@@ -132,8 +132,11 @@ static ad_status make_objective(optimization *o, const response_scope *scope, ch
     }
     o->sign = settings->minimize ? 1 : -1;
     o->objective_scale = 1;
-    ad_status status = response_create(settings->minimize ? settings->minimize : settings->maximize,
-                                       scope, o->points, &o->objective, error);
+    const char *text = settings->minimize ? settings->minimize : settings->maximize;
+    if (settings->maximize && strcmp(text, "stability") == 0) {
+        text = "min(stability)";
+    }
+    ad_status status = response_create(text, scope, o->points, &o->objective, error);
     if (status == AD_OK &&
         response_kind_of(o->objective) == (settings->minimize ? RESPONSE_MIN : RESPONSE_MAX)) {
         status = ad_fail(error, AD_BAD_INPUT,

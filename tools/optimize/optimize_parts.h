@@ -104,7 +104,8 @@ struct optimization {
     double *multiplier;         /* [m], of the last descent */
     double *given;              /* [scenarios][parameters] */
     double *shapes, *jacobians;
-    double *margins, *by_margins; /* [scenarios], [scenarios][parameters], where a formula has it */
+    double *margins, *by_margins; /* [scenarios][SOLVE_MARGINS], and [][][parameters], where a
+                                   * formula has them */
     bool *is_solved;
     double *values, *partials; /* of one response */
     double *objectives;        /* [scenarios], not scaled */

@@ -68,8 +68,8 @@ ad_status optimize_shape(optimization *o, ad_error *error)
                       resize(&o->given, members * P, sizeof *o->given) &&
                       resize(&o->shapes, shape, sizeof *o->shapes) &&
                       resize(&o->jacobians, shape * P, sizeof *o->jacobians) &&
-                      resize(&o->margins, members, sizeof *o->margins) &&
-                      resize(&o->by_margins, members * P, sizeof *o->by_margins) &&
+                      resize(&o->margins, SOLVE_MARGINS * members, sizeof *o->margins) &&
+                      resize(&o->by_margins, SOLVE_MARGINS * members * P, sizeof *o->by_margins) &&
                       resize(&o->is_solved, members, sizeof *o->is_solved) &&
                       resize(&o->objectives, members, sizeof *o->objectives) &&
                       resize(&o->values, most, sizeof *o->values) &&
@@ -132,8 +132,8 @@ static ad_status evaluate(optimization *o, const response *r, size_t scenario)
                                .parameters = o->given + scenario * P,
                                .columns = o->cases.values +
                                           o->scenario[scenario].of * (size_t)o->cases.columns,
-                               .margin = o->margins + scenario,
-                               .by_margin = o->by_margins + scenario * P};
+                               .margin = o->margins + SOLVE_MARGINS * scenario,
+                               .by_margin = o->by_margins + SOLVE_MARGINS * scenario * P};
     return response_evaluate(r, &at, o->values, o->sloped ? o->partials : NULL, &o->why);
 }
 

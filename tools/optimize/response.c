@@ -27,7 +27,8 @@ struct response {
     bool *needs; /* [parameters] */
     ad_pool *pool;
     response *energy;    /* of the rod, that the formula has; NULL: it has none */
-    bool asks_stability; /* it has the margin of that */
+    bool asks_stability; /* it has the margin of that; */
+    bool is_bound;       /* it is the least of SOLVE_MARGINS */
     double *s, *weights; /* [points] over the length, and of the mean along the rod */
     double length;
     ad_program *program;             /* value; by the columns of each shape; by the parameters; by
@@ -441,6 +442,10 @@ ad_status response_create(const char *text, const response_scope *scope, size_t 
                            : ad_fail(error, AD_NO_MEMORY, "out of memory for a formula");
     if (status == AD_OK) {
         made->kind = kind_of(text, inner, room);
+        if (made->kind == RESPONSE_MIN && strcmp(inner, "stability") == 0) {
+            made->is_bound = true;
+            made->points = SOLVE_MARGINS;
+        }
         status = place_points(&r, &breaks, error);
     }
     if (status == AD_OK) {
@@ -570,7 +575,7 @@ ad_status response_evaluate(const response *r, const response_shape *shape, doub
     for (size_t j = 0; j < n; j++) {
         one[j] = 1;
         energy[j] = r->length * *stored;
-        margin[j] = r->asks_stability ? *shape->margin : 0;
+        margin[j] = r->asks_stability ? shape->margin[r->is_bound ? j : 0] : 0;
         for (int i = 0; i < r->shapes; i++) {
             const double *at = shape->values + point_of(r, shape, i, j) * of_shape;
             for (size_t c = 0; c < of_shape; c++) {
@@ -594,7 +599,9 @@ ad_status response_evaluate(const response *r, const response_shape *shape, doub
         rows[j] = entry(r, 0, value, 0, j);
         for (size_t p = 0; p < width && by; p++) {
             double sum = of_energy * by_stored[p];
-            sum += p < r->parameters && r->asks_stability ? of_margin * shape->by_margin[p] : 0;
+            sum += p < r->parameters && r->asks_stability
+                       ? of_margin * shape->by_margin[(r->is_bound ? j : 0) * r->parameters + p]
+                       : 0;
             sum += p < r->parameters ? entry(r, 1 + r->shapes, adjoint, p, j) : 0;
             for (int i = 0; i < r->shapes; i++) {
                 const double *by_shape =

@@ -18,7 +18,8 @@
  *   vx vy vz       velocity, world, m/s            w1 w2 w3      angular velocity, body, 1/s
  *   speed          sqrt(vx^2 + vy^2 + vz^2)
  * but not n1 .. m3, and of all of the rod its elastic energy, J: its density integrated; at rest
- * its stability margin, `stability` (physics/chain/solve_members.h). What the shape is where
+ * its stability margin, `stability` (physics/chain/solve_members.h). min(stability) is it with the
+ * next that bounds it, without the kink where the two are the same. What the shape is where
  * something jumps is that before. */
 #ifndef TOOLS_OPTIMIZE_RESPONSE_H
 #define TOOLS_OPTIMIZE_RESPONSE_H
@@ -60,8 +61,8 @@ typedef struct response_shape {
     const double *jacobian;   /* [points][columns][parameters + more] */
     const double *parameters; /* [parameters] */
     const double *columns;    /* [columns] */
-    const double *margin;     /* [1] and */
-    const double *by_margin;  /* [parameters], of formulas that need stability */
+    const double *margin;     /* [SOLVE_MARGINS] and */
+    const double *by_margin;  /* [][parameters], of formulas that need stability */
 } response_shape;
 
 typedef struct response response;

@@ -16,6 +16,7 @@
 #include "tools/programs/show_source.h"
 
 #include "autodiff/dense.h"
+#include "physics/chain/solve_members.h"
 #include "physics/rod/rod_section.h"
 #include "physics/scene/breaks.h"
 #include "physics/solve/stability.h"
@@ -402,8 +403,11 @@ static ad_status ask(workspace *w, cpinn_family *family, const answer *found, si
         p.parameters = w->parameters + first * count;
         status = samples_ask(&p, found, error);
         if (status == AD_OK && !w->without_margin) {
-            status = cpinn_family_margin(family, BATCH, p.parameters,
-                                         own_column(w, STABILITY) + first, NULL, error);
+            double margin[BATCH][SOLVE_MARGINS];
+            status = cpinn_family_margin(family, BATCH, p.parameters, margin[0], NULL, error);
+            for (size_t i = 0; i < BATCH && status == AD_OK; i++) {
+                own_column(w, STABILITY)[first + i] = margin[i][0];
+            }
         }
         if (status == AD_OK && w->has_section) {
             status = find_strain(w, &p, first, error);
