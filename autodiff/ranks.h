@@ -3,7 +3,7 @@
  * All of them run the same program on the same numbers. Where a program of the tape goes over
  * points (ad_execute, ad_normal_add) each rank takes the points of some of the chunks. Values of
  * points and sums over them then become everyone's, in the order in which one process adds them up.
- * Items of other work are dealt to whoever is free (ad_pool_deal). So the ranks make the same
+ * Items of other work are dealt in turn (ad_pool_deal). So the ranks make the same
  * decisions without asking each other, as long as these follow from the numbers; what comes from
  * elsewhere (a clock, a signal, a file) has to be agreed on.
  *
@@ -31,9 +31,6 @@ typedef struct ad_ranks {
      * receive[from[i + 1] - 1] come from it. */
     void (*exchange)(void *context, const size_t *to, const double *send, const size_t *from,
                      double *receive);
-    /* Adds to a number of all ranks, 0 at first, and returns what it was before. Any thread calls
-     * it, but one of a rank at a time, and while no other function here is at work. */
-    int64_t (*add)(void *context, int64_t step);
 } ad_ranks;
 
 /* Programs of this pool share their points among these ranks from now on; ranks, borrowed, has to
@@ -54,11 +51,11 @@ typedef struct ad_dealt {
 
 typedef ad_status (*ad_pool_item)(void *context, int item, int thread, ad_error *error);
 
-/* Items 0 .. count-1, which do not need each other, each by whatever thread of whatever rank is
- * free next; then made [made_count] is everyone's. Where items fail, the error of the first of
- * them, on all ranks; what is made is not defined then. When one is asked to stop (ad_pool_watch),
- * all are stopped. A single item is done by every rank. Does not allocate, or among ranks not twice
- * for the same sizes; AD_NO_MEMORY. */
+/* Items 0 .. count-1, which do not need each other, each rank every so many, by
+ * whatever thread is free next; then made [made_count] is everyone's. Where items fail, the error
+ * of the first of them, on all ranks; what is made is not defined then. When one is asked to stop
+ * (ad_pool_watch), all are stopped. A single item is done by every rank. Does not allocate, or
+ * among ranks not twice for the same sizes; AD_NO_MEMORY. */
 ad_status ad_pool_deal(ad_pool *pool, int count, ad_pool_item work, void *context, int made_count,
                        const ad_dealt *made, ad_error *error);
 

@@ -44,7 +44,8 @@ void ad_pool_stop(ad_pool *pool)
     atomic_store(&pool->stopped, true);
 }
 
-bool ad_pool_gives_up(ad_pool *pool)
+/* Of ad_pool_watch: whether an item is to be left out. */
+static bool gives_up(ad_pool *pool)
 {
     const bool result =
         pool->asked && (atomic_load(&pool->stopped) || pool->asked(pool->asked_context));
@@ -57,7 +58,7 @@ bool ad_pool_gives_up(ad_pool *pool)
 static void take_items(ad_pool *pool, int thread)
 {
     for (int item; (item = atomic_fetch_add(&pool->next, 1)) < pool->count;) {
-        if (!ad_pool_gives_up(pool)) {
+        if (!gives_up(pool)) {
             pool->work(pool->context, item, thread);
         }
     }
@@ -208,7 +209,6 @@ void ad_pool_free(ad_pool *pool)
     free(pool->share.bounds);
     free(pool->share.said);
     free(pool->share.room);
-    free(pool->share.items);
     free(pool->handles);
     free(pool->workers);
     free(pool);

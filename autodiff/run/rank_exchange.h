@@ -4,7 +4,7 @@
 
 #include "autodiff/ranks.h"
 
-enum { RANK_EXCHANGE_SAID = 4 };
+enum { RANK_EXCHANGE_SAID = 2 };
 
 /* Of a pool: its ranks, and memory for what they exchange. */
 typedef struct share {
@@ -13,14 +13,11 @@ typedef struct share {
     double (*said)[RANK_EXCHANGE_SAID]; /* [ranks] of one who has done its items */
     double *room;
     size_t capacity; /* numbers */
-    int *items;      /* that this rank has been dealt */
-    size_t item_capacity;
 } share;
 
 share *ad_pool_get_share(ad_pool *pool);
 
-/* Of ad_pool_watch: whether an item is to be left out, and that others have been. */
-bool ad_pool_gives_up(ad_pool *pool);
+/* Of ad_pool_watch: other ranks have left items out. */
 void ad_pool_stop(ad_pool *pool);
 
 /* The first of `items` that rank `rank` takes; the next rank's is where its own end. */

@@ -1,6 +1,5 @@
-/* Items of work for the threads of all ranks. A rank takes neighbouring items, half of all that are
- * left among the ranks, so that it asks seldom, and its threads take them one by one. What the
- * items have made is sent once, when all are done. */
+/* Items of work for the threads of all ranks: every so many are those of a rank. What the items
+ * have made is sent once, when all are done. */
 #include "autodiff/run/rank_exchange.h"
 
 #include <pthread.h>
@@ -10,7 +9,7 @@
 enum { ERROR_NUMBERS = (sizeof(ad_error) + sizeof(double) - 1) / sizeof(double) };
 
 /* What a rank says when it has nothing left to do. */
-enum { SAID_DONE, SAID_ADDED, SAID_FAILED, SAID_STOPPED };
+enum { SAID_FAILED, SAID_STOPPED };
 
 static const int WITHOUT_MEMORY = -1; /* as the item that has failed */
 
@@ -21,12 +20,9 @@ typedef struct deal {
     int count, made_count;
     const ad_dealt *made;
     share *share;
+    int rank, ranks; /* items rank, rank + ranks, ... are those of this rank */
     pthread_mutex_t mutex;
-    int next, end; /* of the items that this rank has taken last */
-    bool is_over;  /* it takes no more */
-    int done;      /* how many it has begun: share->items */
-    int64_t added; /* to the number of all ranks */
-    int failed;    /* the first of its items that has; count: none */
+    int failed; /* the first of its items that has; count: none */
     ad_error error;
 } deal;
 
@@ -50,11 +46,10 @@ static void do_item(deal *d, int item, int thread)
     }
 }
 
-/* ---- a process by itself --------------------------------------------------------------------- */
-
-static void do_next(void *context, int item, int thread)
+static void do_next(void *context, int k, int thread)
 {
     deal *d = context;
+    const int item = d->rank + k * d->ranks;
     pthread_mutex_lock(&d->mutex);
     const bool is_wanted = item < d->failed;
     pthread_mutex_unlock(&d->mutex);
@@ -63,77 +58,27 @@ static void do_next(void *context, int item, int thread)
     }
 }
 
-/* ---- ranks: taking items --------------------------------------------------------------------- */
-
-/* The items of take k = 0, 1, ... of all: as many takes as there are ranks share half of what is
- * left before them. False: nothing is left. */
-static bool find_take(int count, int ranks, int64_t k, int *first, int *end)
+static int items_of(const deal *d, int rank)
 {
-    for (int64_t at = 0; at < count; k -= ranks) {
-        const int64_t left = (count - at) / ((int64_t)2 * ranks), size = left > 0 ? left : 1;
-        if (k < ranks && at + k * size < count) {
-            *first = (int)(at + k * size);
-            *end = *first + (int)size < count ? *first + (int)size : count;
-            return true;
-        }
-        at += ranks * size;
-    }
-    return false;
+    return (d->count - rank + d->ranks - 1) / d->ranks;
 }
 
-static int64_t add(deal *d, int64_t step)
-{
-    const ad_ranks *ranks = d->share->ranks;
-    d->added += step;
-    return ranks->add(ranks->context, step);
-}
+/* ---- what has been made ---------------------------------------------------------------------- */
 
-static bool take(deal *d, int *item)
-{
-    pthread_mutex_lock(&d->mutex);
-    if (!d->is_over && (d->failed < d->count || ad_pool_gives_up(d->pool))) {
-        add(d, d->count); /* nobody takes any more */
-        d->is_over = true;
-    }
-    if (!d->is_over && d->next == d->end) {
-        d->is_over = !find_take(d->count, d->share->ranks->count, add(d, 1), &d->next, &d->end);
-    } else if (!d->is_over && d->share->ranks->rank == 0) {
-        add(d, 0); /* where others reach the number of this rank only while it looks */
-    }
-    const bool taken = !d->is_over;
-    if (taken) {
-        *item = d->next++;
-        d->share->items[d->done++] = *item;
-    }
-    pthread_mutex_unlock(&d->mutex);
-    return taken;
-}
-
-static void take_all(void *context, int item, int thread)
-{
-    deal *d = context;
-    (void)item; /* one for each thread */
-    while (take(d, &item)) {
-        do_item(d, item, thread);
-    }
-}
-
-/* ---- ranks: what has been made --------------------------------------------------------------- */
-
-/* Numbers that are sent of an item: which it is, and what it has made. */
+/* Numbers that are sent of an item. */
 static size_t numbers_of(const deal *d)
 {
     size_t bytes = 0;
     for (int i = 0; i < d->made_count; i++) {
         bytes += d->made[i].size;
     }
-    return 1 + (bytes + sizeof(double) - 1) / sizeof(double);
+    return (bytes + sizeof(double) - 1) / sizeof(double);
 }
 
 /* What an item has made, into a place of numbers_of, or from there. */
 static void copy_item(const deal *d, int item, double *place, bool into)
 {
-    char *at = (char *)(place + 1);
+    char *at = (char *)place;
     for (int i = 0; i < d->made_count; i++) {
         const ad_dealt *made = &d->made[i];
         const size_t first = (size_t)item * made->size, left = made->all - first;
@@ -144,41 +89,24 @@ static void copy_item(const deal *d, int item, double *place, bool into)
     }
 }
 
-static bool make_room(deal *d)
-{
-    share *s = d->share;
-    const size_t count = (size_t)d->count, numbers = count * numbers_of(d) + ERROR_NUMBERS;
-    if (count > s->item_capacity) {
-        int *larger = realloc(s->items, count * sizeof *larger);
-        if (!larger) {
-            return false;
-        }
-        s->items = larger;
-        s->item_capacity = count;
-    }
-    return ad_share_make_room(s, numbers + (size_t)s->ranks->count);
-}
-
 static void hand_out(deal *d)
 {
     share *s = d->share;
-    const int ranks = s->ranks->count, rank = s->ranks->rank;
     const size_t numbers = numbers_of(d);
     s->bounds[0] = 0;
-    for (int i = 0; i < ranks; i++) { /* one number at least, for which all wait */
-        s->bounds[i + 1] = s->bounds[i] + 1 + (size_t)s->said[i][SAID_DONE] * numbers;
+    for (int i = 0; i < d->ranks; i++) { /* one number at least, for which all wait */
+        s->bounds[i + 1] = s->bounds[i] + 1 + (size_t)items_of(d, i) * numbers;
     }
-    double *own = s->room + s->bounds[rank];
-    *own++ = 0;
-    for (int k = 0; k < d->done; k++, own += numbers) {
-        *own = s->items[k];
-        copy_item(d, s->items[k], own, true);
-    }
-    s->ranks->gather(s->ranks->context, s->bounds, s->room);
-    for (int i = 0; i < ranks; i++) {
-        const double *end = s->room + s->bounds[i + 1];
-        for (double *at = s->room + s->bounds[i] + 1; i != rank && at < end; at += numbers) {
-            copy_item(d, (int)*at, at, false);
+    for (int own = 1; own >= 0; own--) {
+        for (int item = 0; item < d->count; item++) {
+            const int rank = item % d->ranks, k = item / d->ranks;
+            if ((rank == d->rank) == own) {
+                copy_item(d, item, s->room + s->bounds[rank] + 1 + (size_t)k * numbers, own);
+            }
+        }
+        if (own) {
+            s->room[s->bounds[d->rank]] = 0;
+            s->ranks->gather(s->ranks->context, s->bounds, s->room);
         }
     }
 }
@@ -187,9 +115,8 @@ static void hand_out(deal *d)
 static void hand_out_error(deal *d, int of)
 {
     share *s = d->share;
-    const int ranks = s->ranks->count;
     s->bounds[0] = 0;
-    for (int i = 0; i < ranks; i++) {
+    for (int i = 0; i < d->ranks; i++) {
         s->bounds[i + 1] = s->bounds[i] + 1 + (i == of ? ERROR_NUMBERS : 0);
     }
     double *said = of < 0 ? s->said[0] : s->room; /* that there is in any case */
@@ -209,11 +136,8 @@ static int meet(deal *d, bool *stopped)
 {
     share *s = d->share;
     const ad_ranks *ranks = s->ranks;
-    const double own[RANK_EXCHANGE_SAID] = {[SAID_DONE] = d->done,
-                                            [SAID_ADDED] = (double)d->added,
-                                            [SAID_FAILED] = d->failed,
-                                            [SAID_STOPPED] = ad_pool_stopped(d->pool)};
-    int64_t added = 0;
+    const double own[RANK_EXCHANGE_SAID] = {
+        [SAID_FAILED] = d->failed, [SAID_STOPPED] = ad_pool_stopped(d->pool)};
     int failed = -1;
     for (int i = 0; i <= ranks->count; i++) {
         s->bounds[i] = RANK_EXCHANGE_SAID * (size_t)i;
@@ -223,15 +147,11 @@ static int meet(deal *d, bool *stopped)
     *stopped = false;
     d->failed = d->count;
     for (int i = 0; i < ranks->count; i++) {
-        added += (int64_t)s->said[i][SAID_ADDED];
         *stopped = *stopped || s->said[i][SAID_STOPPED] != 0;
         if (s->said[i][SAID_FAILED] < d->failed) {
             d->failed = (int)s->said[i][SAID_FAILED];
             failed = i;
         }
-    }
-    if (ranks->rank == 0) { /* nobody adds before the next gathering is over */
-        ranks->add(ranks->context, -added);
     }
     return failed;
 }
@@ -239,8 +159,9 @@ static int meet(deal *d, bool *stopped)
 static ad_status deal_to_ranks(deal *d, ad_error *error)
 {
     bool stopped;
-    if (make_room(d)) {
-        ad_pool_run(d->pool, ad_pool_threads(d->pool), take_all, d);
+    const size_t room = (size_t)d->count * numbers_of(d) + ERROR_NUMBERS + (size_t)d->ranks;
+    if (ad_share_make_room(d->share, room)) {
+        ad_pool_run(d->pool, items_of(d, d->rank), do_next, d);
     } else {
         d->failed = WITHOUT_MEMORY;
     }
@@ -273,6 +194,7 @@ ad_status ad_pool_deal(ad_pool *pool, int count, ad_pool_item work, void *contex
               .made_count = made_count,
               .made = made,
               .share = ad_pool_get_share(pool),
+              .ranks = 1,
               .failed = count};
     ad_status status = AD_OK;
     if (count < 1) {
@@ -280,6 +202,8 @@ ad_status ad_pool_deal(ad_pool *pool, int count, ad_pool_item work, void *contex
     }
     pthread_mutex_init(&d.mutex, NULL);
     if (d.share->ranks && count > 1) { /* one is done sooner than sent */
+        d.rank = d.share->ranks->rank;
+        d.ranks = d.share->ranks->count;
         status = deal_to_ranks(&d, error);
     } else {
         ad_pool_run(pool, count, do_next, &d);

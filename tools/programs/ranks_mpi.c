@@ -1,5 +1,5 @@
-/* Ranks by MPI. Only the thread that began calls it, but for add, which any does while that waits.
- * While a rank waits for others, rank 0 looks whether one of them has failed. */
+/* Ranks by MPI. Only the thread that began calls it. While a rank waits for others, rank 0 looks
+ * whether one of them has failed. */
 #include "tools/programs/launcher.h"
 #include "tools/programs/program_ranks.h"
 
@@ -26,7 +26,6 @@ typedef struct last_words {
 static struct {
     ad_ranks ranks;
     MPI_Comm work, control; /* for numbers; for ends */
-    MPI_Win counted;        /* the number of all ranks, at rank 0 */
     int *numbers;           /* [4][ranks] counts and places */
     FILE *errors;           /* what a rank but 0 has said on stderr */
     double waited;          /* s */
@@ -123,29 +122,6 @@ static void exchange(void *context, const size_t *to, const double *send, const 
     wait_for(&request);
 }
 
-static int64_t add(void *context, int64_t step)
-{
-    int64_t before;
-    (void)context;
-    MPI_Fetch_and_op(&step, &before, MPI_INT64_T, 0, 0, MPI_SUM, mpi.counted);
-    MPI_Win_flush(0, mpi.counted);
-    return before;
-}
-
-static void begin_counting(void)
-{
-    int64_t *number;
-    const bool is_here = mpi.ranks.rank == 0;
-    MPI_Win_allocate(is_here ? sizeof *number : 0, sizeof *number, MPI_INFO_NULL, mpi.work, &number,
-                     &mpi.counted);
-    MPI_Win_lock_all(MPI_MODE_NOCHECK, mpi.counted);
-    if (is_here) {
-        *number = 0;
-    }
-    MPI_Win_sync(mpi.counted);
-    MPI_Barrier(mpi.work);
-}
-
 /* ---- beginning ------------------------------------------------------------------------------- */
 
 /* All but rank 0 are not heard. */
@@ -166,7 +142,7 @@ ad_status ranks_begin(int count, char **arguments, const ad_ranks **ranks, ad_er
     if (processes == 1) {
         return AD_OK;
     }
-    MPI_Init_thread(NULL, NULL, MPI_THREAD_SERIALIZED, &provided);
+    MPI_Init_thread(NULL, NULL, MPI_THREAD_FUNNELED, &provided);
     MPI_Comm_dup(MPI_COMM_WORLD, &mpi.work);
     MPI_Comm_dup(MPI_COMM_WORLD, &mpi.control);
     MPI_Comm_rank(mpi.work, &mpi.ranks.rank);
@@ -179,15 +155,12 @@ ad_status ranks_begin(int count, char **arguments, const ad_ranks **ranks, ad_er
             "--mpi=pmix or --mpi=pmi2, which srun --mpi=list may know",
             processes);
     }
-    if (provided < MPI_THREAD_SERIALIZED) {
+    if (provided < MPI_THREAD_FUNNELED) {
         return ad_fail(error, AD_BAD_INPUT,
-                       "mpirun or srun: this MPI allows calls by one thread only; needed: "
-                       "MPI_THREAD_SERIALIZED");
+                       "mpirun or srun: this MPI allows no threads; needed: MPI_THREAD_FUNNELED");
     }
-    begin_counting();
     mpi.ranks.gather = gather;
     mpi.ranks.exchange = exchange;
-    mpi.ranks.add = add;
     mpi.numbers = calloc(4 * (size_t)mpi.ranks.count, sizeof *mpi.numbers);
     if (!mpi.numbers) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %d ranks", mpi.ranks.count);
@@ -328,10 +301,6 @@ int ranks_end(const char *program, int exit_status)
         MPI_Request request;
         MPI_Ibcast(&exit_status, 1, MPI_INT, 0, mpi.control, &request);
         all_done(&request, 1, 0);
-    }
-    if (mpi.ranks.add) {
-        MPI_Win_unlock_all(mpi.counted);
-        MPI_Win_free(&mpi.counted);
     }
     if (mpi.is_begun) {
         MPI_Comm_free(&mpi.work);
