@@ -40,7 +40,7 @@ programs=('cpinn-train scene.yaml --out new --threads 1'
     'cpinn-solve scene.yaml --nodes 20 --out new.h5' 'cpinn-solve scene.yaml --path new.csv'
     'cpinn-check scene.yaml --threads 1' 'cpinn-export whole --c new'
     'cpinn-show whole --out new.html'
-    'cpinn-fit fit.yaml --out new.csv --save new.h5 --picture new.svg --threads 1'
+    'cpinn-fit fit.yaml --out new.csv --save new.h5 --threads 1'
     'cpinn-law law.csv --out new.csv --steps 2 --starts 1 --units 2' "cpinn-control $loop --json new.json"
     "cpinn-residual $arm --measured loop.csv --steps 1 --units 2 --out new.csv")
 

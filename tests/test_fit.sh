@@ -25,7 +25,7 @@ awk 'BEGIN { pi = atan2(0, -1); print "t,x,u"
 
 # ---- what is solved -----------------------------------------------------------------------------
 
-run 0 cpinn-fit heat.yaml --threads 1 --reference exact.csv --out u.csv --grid 5x3 --picture u.svg --save u.h5 --json u.json
+run 0 cpinn-fit heat.yaml --threads 1 --reference exact.csv --out u.csv --grid 5x3 --save u.h5 --json u.json
 said stdout.txt '^heat: 1 field of x, t; '
 said stdout.txt '^estimate: [0-9.e-]+$'
 said stdout.txt '^error: [0-9.e-]+, largest [0-9.e-]+, of u at 121 points of exact.csv$'
@@ -34,7 +34,9 @@ check the error is within ten times its estimate -- awk '/^estimate/ { e = $2 + 
     END { exit !(d <= 10 * e && e <= 1e-7) }' stdout.txt
 check rows of the grid -- awk -F, 'NR == 1 && $0 != "x,t,u,error_u" { exit 1 } NR == 6 && ($1 != 0.25 || $2 != 0.25) { exit 1 }
     END { exit NR != 16 }' u.csv
-said u.svg '^<svg '
+gnuplot -e "table='u.csv'; field='u'" "$ROOT/configs/fit.gp" || failed the script does not draw
+check a curve for each time -- test "$(grep -c 'id="gnuplot_plot_' u.csv.svg)" -eq 3
+gnuplot -e "table='u.csv'; field='u'; map=1" "$ROOT/configs/fit.gp" || failed the script does not draw a map
 check u.h5 is kept -- test -s u.h5
 said u.json '"end": "converged", "estimated_error": '
 said u.json '"reference": \{"name": "exact.csv", "points": 121, "field": "u", "relative_l2": '
@@ -43,9 +45,9 @@ said u.json '"reference": \{"name": "exact.csv", "points": 121, "field": "u", "r
 run 3 cpinn-fit heat.yaml --threads 1 --set equations.parameters.k=0.3 --reference exact.csv
 said stdout.txt '^warning \(estimates_contradict\): the solution is [0-9.e-]+ off exact.csv'
 
-# Places of a file; the last picture is of pixels.
+# Places of a file.
 printf 'x,t\n0.5,0.5\n' >places.csv
-run 0 cpinn-fit heat.yaml --threads 1 --points places.csv --out places_u.csv --picture u.png --quiet
+run 0 cpinn-fit heat.yaml --threads 1 --points places.csv --out places_u.csv --quiet
 check nothing is said -- test ! -s stdout.txt -a ! -s stderr.txt
 check the middle at the end -- awk -F, 'NR == 2 { pi = atan2(0, -1); d = $3 - exp(-pi ^ 2 * 0.2); exit !(d < 1e-6 && d > -1e-6) }' places_u.csv
 
@@ -74,6 +76,5 @@ refused 'lacks.csv: has no column t; needed' cpinn-fit heat.yaml --reference lac
 refused 'places.csv: has no column of a field' cpinn-fit heat.yaml --reference places.csv
 refused '\-\-grid 3; allowed: 2 numbers of points' cpinn-fit heat.yaml --grid 3 --out no.csv
 refused '\-\-grid is given; allowed: with --out' cpinn-fit heat.yaml --grid 3x3
-refused 'u.gif: ends in no form of a picture; allowed: .svg, .png' cpinn-fit heat.yaml --picture u.gif
 refused 'none.yaml: cannot be read' cpinn-fit none.yaml
 finish

@@ -250,7 +250,7 @@ said arch.csv '^load_factor,arclength,deflection,x,y,z,unstable,mark$'
 said arch.csv '^0\.7730884138[0-9]*,.*,limit$'
 said arch.json '"limit_load": *0\.7730884138'
 said arch.json '"limit_points": *\[0\.7730884138[0-9]*, *-0\.354102437'
-said arch.gp '^plot \$stable with lines'
+gnuplot -e "path='arch'" "$ROOT/configs/path.gp" || failed the script does not draw
 check a picture -- test -s arch.svg
 run 0 cpinn-solve column.yaml --branch 1
 said stdout.txt '^  tip +0\.79'

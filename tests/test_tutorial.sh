@@ -53,7 +53,7 @@ equations() {
 fit() {
     local page=configs/tutorial/fit.md
     run_page $page 10
-    leaves $page u.csv u.svg u.h5 all.csv burgers.py burgers.c
+    leaves $page u.csv u.csv.svg u.h5 all.csv burgers.py burgers.c
     . ./page.env
     run 0 ./burgers
     sed 's/.* = //' stdout.txt >in_c.txt

@@ -3,11 +3,9 @@
 #include "tools/files/file_bytes.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/conclude.h"
-#include "tools/programs/equation_picture.h"
 #include "tools/programs/equation_places.h"
 #include "tools/programs/estimates.h"
 #include "tools/programs/help.h"
-#include "tools/programs/picture_file.h"
 #include "tools/programs/signals.h"
 #include "tools/train/clock.h"
 
@@ -19,7 +17,7 @@
 static const char program[] = "cpinn-fit";
 
 typedef struct fitting {
-    const char *file, *grid, *points, *out, *reference, *json, *save, *picture;
+    const char *file, *grid, *points, *out, *reference, *json, *save;
     cli_list overrides;
     double tolerance, seconds;
     int threads;
@@ -140,7 +138,6 @@ static ad_status prepare(fitting *f, ad_error *error)
 {
     ad_status status = f->out ? table_check_path(f->out, error) : AD_OK;
     status = status == AD_OK ? json_check_path(f->json, error) : status;
-    status = status == AD_OK && f->picture ? picture_file_check(f->picture, error) : status;
     status = status == AD_OK && f->save ? file_bytes_check(f->save, error) : status;
     if (status == AD_OK) {
         status = config_equations_read(f->file, NULL, f->overrides.count, f->overrides.texts,
@@ -208,12 +205,7 @@ static ad_status run(fitting *f, ad_error *error)
     if (status == AD_OK && f->out) {
         status = equation_places_write(&f->at, f->fit, f->out, error);
     }
-    if (status == AD_OK && f->save) {
-        status = cpinn_fit_save(f->fit, f->save, error);
-    }
-    return status == AD_OK && f->picture
-               ? equation_picture_write(f->fit, f->read->name, f->picture, error)
-               : status;
+    return status == AD_OK && f->save ? cpinn_fit_save(f->fit, f->save, error) : status;
 }
 
 static void fitting_free(fitting *f)
@@ -237,7 +229,6 @@ int main(int argc, char **argv)
         CLI_OUT(&f.out),
         {"--reference", "FILE", CLI_TEXT, &f.reference, 0, 0},
         {"--save", "FILE.h5", CLI_TEXT, &f.save, 0, 0},
-        {"--picture", "FILE", CLI_TEXT, &f.picture, 0, 0},
         CLI_JSON(&f.json),
         CLI_QUIET(&f.quiet),
     };

@@ -334,16 +334,12 @@ static ad_status follow_path(solving *solving, ad_error *error)
 {
     const options *o = &solving->asked;
     const solve_settings settings = settings_of(o);
-    ad_error why;
     ad_status status = solution_path_create(solving->scene, &settings, &solving->path, error);
     if (status == AD_OK) {
         status = path_files_write(solving->path, o->path, error);
     }
     if (status == AD_OK && !o->quiet) {
         path_files_print(solving->path, stdout);
-    }
-    if (status == AD_OK && path_files_draw(o->path, &why) != AD_OK && !o->quiet) {
-        cli_warn(program, "%s", why.message);
     }
     return status;
 }

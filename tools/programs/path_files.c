@@ -1,7 +1,6 @@
 #include "tools/programs/path_files.h"
 
 #include "tools/files/table_file.h"
-#include "tools/programs/gnuplot.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -10,7 +9,7 @@
 static const char *const mark_words[] = {
     [SOLUTION_PLAIN] = "path", [SOLUTION_LIMIT] = "limit", [SOLUTION_BIFURCATION] = "bifurcation"};
 
-static ad_status write_table(const solution_path *solutions, const char *path, ad_error *error)
+ad_status path_files_write(const solution_path *solutions, const char *path, ad_error *error)
 {
     enum { NUMBERS = 7 };
     static const struct {
@@ -44,85 +43,6 @@ static ad_status write_table(const solution_path *solutions, const char *path, a
     free(values);
     free(marks);
     return status;
-}
-
-/* ---- the picture --------------------------------------------------------------------------- */
-
-/* The parts of the path that are stable, are not, or were not asked; each stretch by itself. */
-static void print_stretches(FILE *file, const solution_path *path, const char *name, int low,
-                            int high)
-{
-    fprintf(file, "$%s << END\n", name);
-    for (size_t i = 1; i < path->count; i++) {
-        const solution_path_point *a = &path->points[i - 1], *b = &path->points[i];
-        if (b->unstable_modes >= low && b->unstable_modes <= high) {
-            fprintf(file, "%.9g %.9g\n%.9g %.9g\n\n", a->deflection, a->load, b->deflection,
-                    b->load);
-        }
-    }
-    fprintf(file, "NaN NaN\nEND\n"); /* gnuplot warns of what is empty */
-}
-
-static void print_marks(FILE *file, const solution_path *path, solution_mark mark)
-{
-    fprintf(file, "$%s << END\n", mark_words[mark]);
-    for (size_t i = 0; i < path->count; i++) {
-        if (path->points[i].mark == mark) {
-            fprintf(file, "%.9g %.9g\n", path->points[i].deflection, path->points[i].load);
-        }
-    }
-    fprintf(file, "NaN NaN\nEND\n");
-}
-
-static ad_status print_picture(FILE *file, const void *context, ad_error *error)
-{
-    const solution_path *path = context;
-    (void)error;
-    fprintf(file,
-            "set xlabel 'deflection (m) at s = %.6g m, along (%.3g, %.3g, %.3g)'\n"
-            "set ylabel 'load factor'\nset key outside top horizontal Left reverse\n\n",
-            path->place, path->direction[0], path->direction[1], path->direction[2]);
-    print_stretches(file, path, "stable", 0, 0);
-    print_stretches(file, path, "unstable", 1, 1 << 20);
-    print_stretches(file, path, "unknown", -1, -1);
-    print_marks(file, path, SOLUTION_LIMIT);
-    print_marks(file, path, SOLUTION_BIFURCATION);
-    bool asked = true;
-    for (size_t i = 0; i < path->count; i++) {
-        asked = asked && path->points[i].unstable_modes >= 0;
-    }
-    fprintf(file,
-            "\nplot $stable with lines lw 2 lc rgb '#0072B2' title 'stable', \\\n"
-            "     $unstable with lines lw 1.5 dt 2 lc rgb '#D55E00' title 'unstable', \\\n"
-            "     $unknown with lines lw 1.5 lc rgb '#666666' %s, \\\n"
-            "     $limit with points pt 7 ps 0.9 lc rgb '#000000' title 'limit point', \\\n"
-            "     $bifurcation with points pt 6 ps 1 lc rgb '#000000' title 'bifurcation'\n",
-            asked ? "notitle" : "title 'not asked'");
-    return AD_OK;
-}
-
-ad_status path_files_write(const solution_path *solutions, const char *path, ad_error *error)
-{
-    gnuplot_place parts;
-    ad_status status = gnuplot_beside(path, &parts, error);
-    status = status == AD_OK ? write_table(solutions, path, error) : status;
-    return status == AD_OK
-               ? gnuplot_write(&(const gnuplot_picture){.name = parts.name,
-                                                        .about = "# Load against deflection, by "
-                                                                 "cpinn-solve --path.\n",
-                                                        .width = 720,
-                                                        .height = 480,
-                                                        .print = print_picture,
-                                                        .context = solutions},
-                               parts.folder, error)
-               : status;
-}
-
-ad_status path_files_draw(const char *path, ad_error *error)
-{
-    gnuplot_place parts;
-    ad_status status = gnuplot_beside(path, &parts, error);
-    return status == AD_OK ? gnuplot_draw(parts.name, parts.folder, error) : status;
 }
 
 /* ---- as text ------------------------------------------------------------------------------- */

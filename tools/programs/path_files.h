@@ -1,17 +1,13 @@
-/* A path of equilibria as files and as text. */
+/* A path of equilibria as a file and as text. */
 #ifndef TOOLS_PROGRAMS_PATH_FILES_H
 #define TOOLS_PROGRAMS_PATH_FILES_H
 
 #include "physics/solve/solve.h"
 #include "tools/files/json.h"
 
-/* Writes the points to `path`, a table (tools/files/table_file.h), and beside it, with the ending
- * .gp in place of its own, a script for gnuplot that draws load against deflection as .svg and
- * .png. AD_BAD_ARGUMENT (ending, a name that is too long), AD_IO, AD_NO_MEMORY. */
+/* Writes the points to `path`, a table (tools/files/table_file.h). AD_BAD_ARGUMENT (ending), AD_IO,
+ * AD_NO_MEMORY. */
 ad_status path_files_write(const solution_path *solutions, const char *path, ad_error *error);
-
-/* Runs gnuplot on that script. AD_IO says that gnuplot is missing or failed. */
-ad_status path_files_draw(const char *path, ad_error *error);
 
 /* One line for each limit point and bifurcation. */
 void path_files_print(const solution_path *path, FILE *file);
