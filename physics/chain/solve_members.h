@@ -106,7 +106,8 @@ ad_status solve_members_solve(solve_members *solver, size_t members, const doubl
 
 /* Curvature u, 1/m, in the frame of the section, is given and taken at the points of one mesh:
  * those of Gauss between places where something jumps. Where the scene is a family with ranges of
- * all parameters, as many as nearly all of some random members need; else 4 to 8 in each piece. */
+ * all parameters, as many as nearly all of some random members need; else 4 to 8 in each piece. Two
+ * of each where nothing acts but what pulls, the same all along it. */
 size_t solve_members_nodes(const solve_members *members);
 
 /* s [nodes], m, ascending. */

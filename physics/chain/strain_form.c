@@ -125,7 +125,10 @@ static bool add_tensions(strain_form *form)
     form->tension_room = make(count * (each + count) + border, sizeof *form->tension_room);
     form->tension_shares = make(count * nodes, sizeof *form->tension_shares);
     form->pulled = make(nodes, sizeof *form->pulled);
-    if (!form->tensions || !form->tension_room || !form->tension_shares || !form->pulled) {
+    form->taut = make(LANES * count * count, sizeof *form->taut);
+    form->taut_pivots = make(LANES * count, sizeof *form->taut_pivots);
+    if (!form->tensions || !form->tension_room || !form->tension_shares || !form->pulled ||
+        !form->taut || !form->taut_pivots) {
         return false;
     }
     form->shorter = form->tension_room + count * each;
@@ -337,6 +340,8 @@ void strain_form_free(strain_form *form)
         free(form->tensions);
         free(form->tension_room);
         free(form->tension_shares);
+        free(form->taut);
+        free(form->taut_pivots);
         free(form->rubs);
         free(form->rub_room);
         free(form->strained);

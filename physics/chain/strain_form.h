@@ -48,9 +48,10 @@ typedef struct strain_actuator {
 typedef struct strain_tension {
     int actuator;
     lanes pull, allowed, compliance;
-    double *share;     /* [nodes] of the integral over its part of the rod; 0 beyond */
-    lanes (*along)[6]; /* [nodes] derivatives of |p'| by v, u there; 0 beyond */
-    lanes *bent;       /* [unknowns] what it does, by the elimination that was last */
+    bool is_taut[LANES]; /* as strain_form_say_taut said */
+    double *share;       /* [nodes] of the integral over its part of the rod; 0 beyond */
+    lanes (*along)[6];   /* [nodes] derivatives of |p'| by v, u there; 0 beyond */
+    lanes *bent;         /* [unknowns] what it does, by the elimination that was last */
 } strain_tension;
 
 /* A tendon with friction, whose angles are sought (strain_friction.h); 0 where it is not. */
@@ -167,6 +168,8 @@ typedef struct strain_form {
     lanes *tension_room;      /* theirs; */
     double *tension_shares;   /* theirs; */
     lanes *shorter;        /* [tension_count]^2 by how much each becomes shorter with each pull */
+    double *taut;          /* [LANES][tension_count]^2 LU factors of that of those that are taut, */
+    int *taut_pivots;      /* [LANES][tension_count]; the first < 0: there are none */
     lanes *border;         /* [2][unknowns] room */
     lanes (*pulled)[2][3]; /* [nodes] by a change of what pulls or is given: r', the equation */
     strain_rub *rubs;      /* [rub_count] */
@@ -230,6 +233,9 @@ void strain_form_load(strain_form *form);
 void strain_form_linearise(strain_form *form);
 void strain_form_apply(strain_form *form, const lanes *direction, lanes *result);
 
+/* The rows of tensions alone, by a direction without tensions. */
+void strain_form_apply_lengths(strain_form *form, const lanes *direction, lanes *result);
+
 /* The change of the residual by a direction and by sources, as strain_form_apply but with the turns
  * of Magnus' steps as they are, of one substep: the matrix leaves out what finite steps add. Then
  * strains [nodes] (v, u) are what these change by, and carried [nodes] what N and M do, or NULL. */
@@ -244,9 +250,10 @@ void strain_form_change(strain_form *form, const strain_sources *sources, const 
 void strain_form_solve(strain_form *form);
 
 /* The same of another right side, by the elimination that was last; or of a change, in which of
- * tensions those that are more than `least` move, and no others. */
+ * tensions those move that are taut, with more than `least` when that was said, and no others. */
 void strain_form_solve_again(strain_form *form);
-void strain_form_solve_change(strain_form *form, double least);
+void strain_form_say_taut(strain_form *form, double least);
+void strain_form_solve_change(strain_form *form);
 
 /* Subtracts `share` of a step. */
 void strain_form_move(strain_form *form, const lanes *step, const lanes *share);

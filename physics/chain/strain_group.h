@@ -16,6 +16,7 @@ typedef struct strain_group {
     solve_rod *rod;
     int count; /* of parameters */
     double tolerance;
+    bool is_uniform;                       /* strains are the same all along an element */
     int levels, solved;                    /* solved: of them, those with equations */
     strain_level level[STRAIN_LEVELS_MAX]; /* from coarse to fine */
     strain_link link[STRAIN_LEVELS_MAX];   /* to each from the one before */

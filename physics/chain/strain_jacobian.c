@@ -371,6 +371,7 @@ static void linearise(strain_jacobian *x)
     strain_form_linearise(form);
     form->is_unloaded = is_unloaded;
     strain_form_solve(form);
+    strain_form_say_taut(form, SLACK);
     strain_form_steps(form, x->sources.steps);
     find_softness(x);
     strain_group_place(x->group);
@@ -385,7 +386,7 @@ static void solve(strain_jacobian *x, bool carries)
     memset(x->sought, 0, (size_t)form->unknowns * sizeof *x->sought);
     for (int k = 0; k <= (form->is_unloaded ? 0 : AGAIN); k++) {
         strain_form_change(form, &x->sources, x->sought, form->right, strains, NULL);
-        strain_form_solve_change(form, SLACK);
+        strain_form_solve_change(form);
         for (int i = 0; i < form->unknowns; i++) {
             x->sought[i] -= form->right[i];
         }

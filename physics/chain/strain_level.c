@@ -250,6 +250,23 @@ ad_status strain_level_give(strain_level *level, const solve_rod *rod, int count
     return status;
 }
 
+bool strain_level_is_uniform(const strain_level *level)
+{
+    const strain_form *form = level->form;
+    const size_t actuators = (size_t)form->kind.actuators;
+    bool result = form->is_unloaded;
+    for (size_t i = 1; i < nodes_of(level) && result; i++) {
+        const size_t to = i - i % (size_t)level->stages; /* the first of the element */
+        result = memcmp(&form->points[i], &form->points[to], sizeof *form->points) == 0 &&
+                 memcmp(level->bent[i], level->bent[to], sizeof *level->bent) == 0 &&
+                 memcmp(form->actuators + i * actuators, form->actuators + to * actuators,
+                        actuators * sizeof *form->actuators) == 0 &&
+                 memcmp(level->pulls + i * actuators, level->pulls + to * actuators,
+                        actuators * sizeof *level->pulls) == 0;
+    }
+    return result;
+}
+
 /* What is the same of all members, once. */
 static ad_status give_same(strain_level *level, const solve_rod *rod, ad_error *error)
 {

@@ -45,6 +45,10 @@ ad_status strain_level_give(strain_level *level, const solve_rod *rod, int count
                             const double *parameters, double *room, ad_error *error);
 size_t strain_level_room(const strain_level *level, const solve_rod *rod);
 
+/* Whether nothing acts but what pulls within the section, and all that a level was given is the
+ * same at the points of each element, so that strains are. */
+bool strain_level_is_uniform(const strain_level *level);
+
 /* The same in two steps, for derivatives: values of a part, those of strain_level_part_room, and
  * these put where what they are derivatives of is put on another such level: of each lane those by
  * one of `count` parameters, which [LANES]. rod: of solve_rod_create_changes, with which the level

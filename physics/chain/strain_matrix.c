@@ -576,6 +576,32 @@ void strain_form_apply(strain_form *form, const lanes *direction, lanes *result)
     change_all(form, direction, result);
 }
 
+/* Where each point is apart curvatures alone change lengths. */
+FOR_EACH_PROCESSOR static void change_lengths(strain_form *form, const lanes *direction,
+                                              lanes *result)
+{
+    if (!is_apart(form)) {
+        change(form, NULL, direction, result);
+        return;
+    }
+    for (int k = 0; k < form->tension_count; k++) {
+        const strain_tension *of = &form->tensions[k];
+        lanes sum = NO_LANES;
+        for (int i = 0; i < form->nodes; i++) {
+            const lanes *u = direction + 3 * i;
+            for (int c = 0; c < 3 && of->share[i] > 0; c++) {
+                sum -= of->share[i] * of->along[i][3 + c] * u[c];
+            }
+        }
+        result[form->tension_at + k] = sum;
+    }
+}
+
+void strain_form_apply_lengths(strain_form *form, const lanes *direction, lanes *result)
+{
+    change_lengths(form, direction, result);
+}
+
 FOR_EACH_PROCESSOR static void change_given(strain_form *form, const strain_sources *sources,
                                             const lanes *direction, lanes *result,
                                             lanes (*strains)[6], lanes (*carried)[6])

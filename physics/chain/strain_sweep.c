@@ -520,7 +520,7 @@ static void bend_by_tensions(strain_form *form)
         solve_any(form, true);
         memcpy(form->tensions[k].bent, form->right, size);
         memcpy(form->direction, form->right, size);
-        strain_form_apply(form, form->direction, rows);
+        strain_form_apply_lengths(form, form->direction, rows);
         memset(form->direction, 0, size);
         for (int i = 0; i < form->tension_count; i++) {
             form->shorter[i * form->tension_count + k] -= rows[form->tension_at + i];
@@ -571,30 +571,43 @@ static void find_tensions(strain_form *form, int lane, const double *excess, boo
     form->negative[lane] -= again ? 0 : negative_of(count, matrix, pull);
 }
 
-/* The changes of a lane's tensions, of which excess are by how much tendons become too long
- * without: those that are more than `least` keep their tendons as long as they may be. */
-static void change_tensions(strain_form *form, int lane, double least, const double *excess,
-                            double *change)
+void strain_form_say_taut(strain_form *form, double least)
 {
     const int count = form->tension_count;
-    double matrix[COMPLEMENT_MAX * COMPLEMENT_MAX];
-    int pivots[COMPLEMENT_MAX];
-    for (int i = 0; i < count; i++) {
-        const bool taut = form->tensions[i].pull[lane] > least;
-        change[i] = taut ? -excess[i] : 0;
-        for (int k = 0; k < count; k++) {
-            matrix[k * count + i] = taut ? form->shorter[i * count + k][lane] : i == k;
+    for (int lane = 0; lane < LANES && count > 0; lane++) {
+        double *matrix = form->taut + (size_t)lane * (size_t)(count * count);
+        int *pivots = form->taut_pivots + lane * count;
+        for (int i = 0; i < count; i++) {
+            const bool taut = form->tensions[i].pull[lane] > least;
+            for (int k = 0; k < count; k++) {
+                matrix[k * count + i] = taut ? form->shorter[i * count + k][lane] : i == k;
+            }
+            form->tensions[i].is_taut[lane] = taut;
+        }
+        if (ad_dense_lu((size_t)count, matrix, pivots) != 0) {
+            pivots[0] = -1;
         }
     }
-    if (ad_dense_lu((size_t)count, matrix, pivots) == 0) {
-        ad_dense_lu_solve((size_t)count, 1, matrix, pivots, change);
-    } else {
+}
+
+/* The changes of a lane's tensions, of which excess are by how much tendons become too long
+ * without: those that are taut keep their tendons as long as they may be. */
+static void change_tensions(const strain_form *form, int lane, const double *excess, double *change)
+{
+    const int count = form->tension_count, *pivots = form->taut_pivots + lane * count;
+    const double *factors = form->taut + (size_t)lane * (size_t)(count * count);
+    for (int i = 0; i < count; i++) {
+        change[i] = form->tensions[i].is_taut[lane] ? -excess[i] : 0;
+    }
+    if (pivots[0] < 0) {
         change[0] = NAN;
+    } else {
+        ad_dense_lu_solve((size_t)count, 1, factors, pivots, change);
     }
 }
 
 /* The matrix with a border: A du + B dT = right, and lengths. */
-static void solve_bordered(strain_form *form, bool again, const double *least)
+static void solve_bordered(strain_form *form, bool again, bool changes)
 {
     const int n = form->tension_at, count = form->tension_count;
     const size_t size = (size_t)n * sizeof(lanes);
@@ -606,11 +619,11 @@ static void solve_bordered(strain_form *form, bool again, const double *least)
         bend_by_tensions(form);
     }
     memcpy(form->direction, alone, size);
-    strain_form_apply(form, form->direction, rows);
+    strain_form_apply_lengths(form, form->direction, rows);
     memset(form->direction, 0, size);
     for (int k = 0; k < count; k++) { /* too long under no tension at all */
         missing[k] = rows[n + k] - missing[k];
-        for (int i = 0; i < count && !least; i++) {
+        for (int i = 0; i < count && !changes; i++) {
             missing[k] += form->shorter[k * count + i] * form->tensions[i].pull;
         }
     }
@@ -619,13 +632,13 @@ static void solve_bordered(strain_form *form, bool again, const double *least)
         for (int k = 0; k < count; k++) {
             excess[k] = missing[k][lane];
         }
-        if (least) {
-            change_tensions(form, lane, *least, excess, pull);
+        if (changes) {
+            change_tensions(form, lane, excess, pull);
         } else {
             find_tensions(form, lane, excess, again, pull);
         }
         for (int k = 0; k < count; k++) {
-            form->right[n + k][lane] = least ? pull[k] : form->tensions[k].pull[lane] - pull[k];
+            form->right[n + k][lane] = changes ? pull[k] : form->tensions[k].pull[lane] - pull[k];
         }
     }
     memcpy(form->right, alone, size);
@@ -636,10 +649,10 @@ static void solve_bordered(strain_form *form, bool again, const double *least)
     }
 }
 
-static void solve_by(strain_form *form, bool again, const double *least)
+static void solve_by(strain_form *form, bool again, bool changes)
 {
     if (form->tension_count > 0) {
-        solve_bordered(form, again, least);
+        solve_bordered(form, again, changes);
     } else {
         solve_any(form, again);
     }
@@ -647,15 +660,15 @@ static void solve_by(strain_form *form, bool again, const double *least)
 
 void strain_form_solve(strain_form *form)
 {
-    solve_by(form, false, NULL);
+    solve_by(form, false, false);
 }
 
 void strain_form_solve_again(strain_form *form)
 {
-    solve_by(form, true, NULL);
+    solve_by(form, true, false);
 }
 
-void strain_form_solve_change(strain_form *form, double least)
+void strain_form_solve_change(strain_form *form)
 {
-    solve_by(form, true, &least);
+    solve_by(form, true, true);
 }

@@ -139,6 +139,22 @@ static const char unloaded[] =
     "  - {offset: [\"0.005*cos(10*s)\", \"0.005*sin(10*s)\"], tension: 3*pull^2}\n"
     "chambers: [{offset: [0, 0.005], pressure: 5e4*push, area: 1e-5}]\n";
 
+/* Of tendons alone, too, by their lengths: strains are the same all along each piece. But not of
+ * members whose push is near 0.56, which are not among those that are looked at. */
+static const char uniform[] =
+    "parameters: {pull: {range: [0, 2]}, push: {range: [0, 1]}, side: {range: [-1, 1]},\n"
+    "             weight: {range: [0, 10]}, stiff: {range: [0.7, 2]}}\n"
+    "rod: {model: kirchhoff, section: {shape: circle, radius: 0.002},\n"
+    "      material: {youngs_modulus: 1e9*stiff, poissons_ratio: 0.3},\n"
+    "      rest: {curvature: [side, \"where(0.1 - s, 3, weight)\",\n"
+    "                         \"max(0, 0.01 - abs(push - 0.56))*8000*s\"]}}\n"
+    "segments: [{length: 0.1}, {length: 0.15}]\n"
+    "boundary: {start: {type: clamped, rotation: [0.8, 0.6, 0, 0]}, end: {type: free}}\n"
+    "tendons:\n"
+    "  - {offset: [0.006, 0], end: 0.18, displacement: 0.001*pull}\n"
+    "  - {offset: [-0.003, 0.005], displacement: -0.0015*side, stiffness: 3000*stiff}\n"
+    "  - {offset: [-0.003, -0.005], tension: 3*push}\n";
+
 /* Of the test that runs: its state, or the robot. */
 static const char *made;
 
@@ -357,6 +373,30 @@ static void test_against_collocation(void **state)
             compare(all, found[k]->truth->values[i][0], tolerances[k]);
         }
     }
+}
+
+/* Where strains are the same along a piece two points have them, and a member whose strains are not
+ * gets a finer mesh. */
+static void test_uniform(void **state)
+{
+    enum { PIECES = 3, FEW = 2 };
+    static const double members[FEW][PARAMETERS] = {{1.5, 0.3, 0.4, 4, 1.2},
+                                                    {1.5, 0.56, 0.4, 4, 1.2}};
+    double all[NUMBERS], values[FEW][POINTS][SOLVE_MEMBERS_COLUMNS];
+    solve_member said[FEW];
+    ad_error error = {.message = ""};
+    make(state);
+    const known *of = know(1e-8);
+    assert_int_equal(solve_members_nodes(of->x), 2 * PIECES);
+    assert_good(solve_members_curvature(of->x, FEW, members[0], values[0][0], NULL, said, &error),
+                &error);
+    for (int i = 0; i < FEW; i++) {
+        assert_true(said[i].solved);
+        solve_otherwise(&of->given->scene, members[i], all);
+        compare(all, values[i][0], 1e-8);
+    }
+    assert_int_equal(said[0].nodes, 2 * PIECES);
+    assert_true(said[1].nodes > 2 * PIECES);
 }
 
 /* Derivatives of a member by differences of order 2 of members that six steps have settled. */
@@ -876,6 +916,9 @@ int main(void)
         OF(led, against_collocation),
         OF(led, derivatives),
         OF(displaced_and_pinned, derivatives),
+        OF(uniform, uniform),
+        OF(uniform, derivatives),
+        OF(uniform, trusted),
         OF(displaced, predicted),
         OF(displaced, trusted),
         OF(unloaded, predicted),
