@@ -52,7 +52,7 @@ typedef enum ad_extent { AD_UNIFORM, AD_MEMBER, AD_BATCH } ad_extent; /* in this
 
 /* ---- tape ---------------------------------------------------------------------------------- */
 
-/* An empty tape, owned by the caller; NULL when memory runs out. */
+/* An empty tape, owned by the caller; one that has failed when memory runs out. */
 ad_tape *ad_tape_create(void);
 void ad_tape_free(ad_tape *tape);
 

@@ -6,14 +6,19 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* In place of a tape for which there is no memory: it has failed, so that nothing is written to it.
+ */
+static ad_tape without_memory = {.error = {AD_NO_MEMORY, "out of memory for a tape"}};
+
 ad_tape *ad_tape_create(void)
 {
-    return calloc(1, sizeof(ad_tape));
+    ad_tape *tape = calloc(1, sizeof *tape);
+    return tape ? tape : &without_memory;
 }
 
 void ad_tape_free(ad_tape *tape)
 {
-    if (!tape) {
+    if (!tape || tape == &without_memory) {
         return;
     }
     free(tape->nodes);

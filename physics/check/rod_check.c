@@ -68,9 +68,6 @@ static double rod_mismatch_told(const rod_mismatch *mismatch, double size)
 static ad_status rod_check_end(const scene *rod_scene, int end, const char **key, ad_error *error)
 {
     ad_tape *tape = ad_tape_create();
-    if (!tape) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory");
-    }
     ad_value s = ad_input(tape, "s", 1);
     const domain_place at = rod_place(rod_scene, s, ad_input(tape, "t", 1));
     rod_context rod = rod_context_of(rod_scene, &at);

@@ -594,9 +594,6 @@ law_formula law_formula_create(law_name name)
     law_group groups[LAW_GROUPS_MAX];
     const int count = law_groups(name, groups);
     law_formula x = {.tape = ad_tape_create()};
-    if (!x.tape) {
-        return x;
-    }
     for (int g = 0, i = 0; g < count; g++) {
         for (int k = 0; k < groups[g].count; k++) {
             x.given[i++] = ad_input(x.tape, groups[g].name, 1);
@@ -621,9 +618,6 @@ void law_record(law_name name, ad_tape *tape, const ad_value *given, ad_value *e
                 ad_value *wrench, ad_value *by)
 {
     law_formula x = law_formula_create(name);
-    if (!x.tape) {
-        ad_tape_fail(tape, AD_NO_MEMORY, "out of memory for a law");
-    }
     const struct {
         const ad_value *formula;
         ad_value *to;
@@ -631,10 +625,7 @@ void law_record(law_name name, ad_tape *tape, const ad_value *given, ad_value *e
     } all[] = {
         {&x.energy, energy, 1}, {x.wrench, wrench, LAW_WRENCH}, {x.by, by, law_derivatives(name)}};
     for (int i = 0; i < 3; i++) {
-        for (int k = 0; k < all[i].count && all[i].to && !x.tape; k++) {
-            all[i].to[k] = (ad_value){tape, -1};
-        }
-        if (all[i].to && x.tape) {
+        if (all[i].to) {
             ad_call(all[i].count, all[i].formula, law_given(name), x.given, tape, given, all[i].to);
         }
     }

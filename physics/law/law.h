@@ -131,7 +131,7 @@ typedef struct law_formula {
     ad_value given[LAW_GIVEN_MAX], energy, wrench[LAW_WRENCH], by[LAW_BY_MOTION];
 } law_formula;
 
-/* NULL tape: out of memory; errors of recording are on the tape. */
+/* Errors are on the tape. */
 law_formula law_formula_create(law_name name);
 void law_formula_free(law_formula *formula);
 

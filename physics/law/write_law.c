@@ -155,10 +155,6 @@ static void write_choices(writer *w)
 static void write_law(writer *w, law_name name)
 {
     law_formula x = law_formula_create(name);
-    if (!x.tape) {
-        w->status = ad_fail(w->error, AD_NO_MEMORY, "out of memory");
-        return;
-    }
     fprintf(w->file, "/* %s */\n", law_table[name].about);
     const law_state state = law_table[name].state;
     const bool within = state == LAW_WITHIN || state == LAW_TURNED;

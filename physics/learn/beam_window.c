@@ -61,9 +61,6 @@ static ad_status beam_shift(const scene *beam_scene, double values[4][BEAM_CHECK
 {
     ad_tape *tape = ad_tape_create();
     double places[BEAM_CHECKED], times[BEAM_CHECKED] = {0};
-    if (!tape) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory");
-    }
     ad_value s = ad_input(tape, "s", 1), t = ad_input(tape, "t", 1), rows[4];
     const domain_place at = rod_place(beam_scene, s, t);
     beam_context beam = beam_context_of(beam_scene, &at);

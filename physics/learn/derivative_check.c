@@ -83,9 +83,6 @@ static ad_status record(const derivative_task *task, derivative_name name, deriv
 {
     const physics_model *m = task->model;
     ad_tape *tape = ad_tape_create();
-    if (!tape) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
-    }
     ad_value fields[MODEL_FIELDS_MAX], values[2];
     domain_place at = model_record(m, task->window, task->mlp, tape, fields);
     ad_value y = fields[name.field];

@@ -196,9 +196,6 @@ static ad_status build(evaluator *e, const evaluator_model *model, int later, ad
 {
     const physics_model *physics = model->physics;
     ad_tape *tape = ad_tape_create();
-    if (!tape) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
-    }
     ad_value fields[MODEL_FIELDS_MAX], observed[MODEL_COLUMNS_MAX], values[EVALUATOR_COLUMNS_MAX];
     e->kinds[later] = model_uniforms(physics, later);
     e->kinds[later].state = e->numbers > 0 ? e->kinds[later].state : 0;

@@ -92,9 +92,6 @@ static ad_status run_inputs(fit *fit, ad_pool *pool, const double *at, ad_error 
     ad_value coordinates[SCENE_PARAMETERS_MAX], matrix[3][3], outputs[2];
     const double *inputs[SCENE_PARAMETERS_MAX];
     groups_turn turn;
-    if (!tape) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
-    }
     for (int i = 0; i < f->open.parameter_count; i++) {
         coordinates[i] = ad_input(tape, f->open.parameters[i].name, 1);
         inputs[i] = at + (size_t)i * fit->members;

@@ -31,9 +31,6 @@ static ad_status build(field *f, int window, ad_program **made, ad_error *error)
 {
     const physics_model *m = f->model;
     ad_tape *tape = ad_tape_create();
-    if (!tape) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
-    }
     ad_value fields[MODEL_FIELDS_MAX], observed[MODEL_COLUMNS_MAX];
     domain_place at = model_record(m, window, f->mlp, tape, fields);
     m->call.observe(m, &at, fields, observed);

@@ -89,26 +89,17 @@ static ad_status compare(const comparing *c, int a, int b, const domain_place *a
     return status;
 }
 
-static ad_status begin(const comparing *c, domain_place *at)
+static domain_place begin(const comparing *c)
 {
     const domain_uniforms none = {0};
-    ad_tape *tape = ad_tape_create();
-    if (!tape) {
-        return ad_fail(c->error, AD_NO_MEMORY, "out of memory for a tape");
-    }
-    *at = domain_record(&c->m->domain, &none, tape);
-    return AD_OK;
+    return domain_record(&c->m->domain, &none, ad_tape_create());
 }
 
 /* What condition a says of the face of b, and the other way round. */
 static ad_status compare_corner(const comparing *c, int a, int b, bool *agree)
 {
     const model_condition *one = &c->m->conditions[a], *two = &c->m->conditions[b];
-    domain_place at;
-    ad_status status = begin(c, &at);
-    if (status != AD_OK) {
-        return status;
-    }
+    const domain_place at = begin(c);
     ad_value sides[2] = {one->value(one->context, &at), two->value(two->context, &at)};
     if (two->order > 0) {
         sides[0] = ad_derivative(sides[0], at.x[two->coordinate], two->order);
@@ -124,12 +115,8 @@ static ad_status compare_round(const comparing *c, int a, int coordinate, bool *
 {
     const model_condition *one = &c->m->conditions[a];
     const domain_coordinate *round = &c->m->domain.coordinates[coordinate];
-    domain_place at;
+    const domain_place at = begin(c);
     ad_value sides[2 * ORDERS];
-    ad_status status = begin(c, &at);
-    if (status != AD_OK) {
-        return status;
-    }
     const ad_value y = one->value(one->context, &at), x = at.x[coordinate];
     for (int order = 0; order < ORDERS; order++) {
         const ad_value scaled = ad_scale(order > 0 ? ad_derivative(y, x, order) : y,
@@ -150,14 +137,11 @@ static ad_status find_steep(const comparing *c, int a, bool *steep)
     const double *inputs[DOMAIN_COORDINATES_MAX];
     double *outputs[DOMAIN_COORDINATES_MAX + 1];
     ad_value values[DOMAIN_COORDINATES_MAX + 1];
-    domain_place at;
     *steep = false;
-    ad_status status =
-        numbers ? begin(c, &at) : ad_fail(c->error, AD_NO_MEMORY, "out of memory for a condition");
-    if (status != AD_OK) {
-        free(numbers);
-        return status;
+    if (!numbers) {
+        return ad_fail(c->error, AD_NO_MEMORY, "out of memory for a condition");
     }
+    const domain_place at = begin(c);
     values[0] = one->value(one->context, &at);
     outputs[0] = numbers + count * PLACES;
     for (int i = 0; i < d->count; i++) {
@@ -175,7 +159,7 @@ static ad_status find_steep(const comparing *c, int a, bool *steep)
                                  d->coordinates[i].high - d->coordinates[i].low);
     }
     const ad_run run = {.points = PLACES, .inputs = inputs, .outputs = outputs, .everywhere = true};
-    status = ad_evaluate(d->count + 1, values, c->pool, &run, c->error);
+    ad_status status = ad_evaluate(d->count + 1, values, c->pool, &run, c->error);
     if (status == AD_OK && ad_extent_of(values[0]) != AD_UNIFORM) {
         double low = INFINITY, high = -INFINITY, most = 0;
         for (int k = 0; k < PLACES; k++) {

@@ -65,9 +65,6 @@ static ad_status compile(motion_network *network, const nn_mlp *mlp, ad_pool *po
     const domain_uniforms uniforms = {.window = network->has_window};
     ad_value wrt[2], outputs[3];
     ad_tape *tape = ad_tape_create();
-    if (!tape) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
-    }
     domain_place at = domain_record(d, &uniforms, tape);
     ad_value single = nn_mlp_record_single(mlp, domain_unit(d, &at, d->time), wrt);
     outputs[0] = ad_mul(ad_square(domain_elapsed(d, &at)), single);

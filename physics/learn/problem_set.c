@@ -68,13 +68,10 @@ static ad_value weight_in_window(const problem *p, const domain_place *at)
     return ad_scale(ad_add(ad_scalar(at->tape, 1), x), 1 / sqrt(7.0 / 3));
 }
 
-static bool record_begin(const problem *p, problem_set *set, recording *r)
+static void record_begin(const problem *p, problem_set *set, recording *r)
 {
     r->began = clock_seconds(CLOCK_MONOTONIC);
     r->tape = ad_tape_create();
-    if (!r->tape) {
-        return false;
-    }
     r->at = model_record(p->model, p->window, p->mlp, r->tape, r->fields);
     if (set->about->source.rows > 0) {
         r->at.data = ad_input(r->tape, "data", set->about->source.rows);
@@ -99,7 +96,6 @@ static bool record_begin(const problem *p, problem_set *set, recording *r)
         r->views[i] =
             ad_parameter(r->tape, views[i].name, views[i].rows * views[i].columns, views[i].offset);
     }
-    return true;
 }
 
 /* After compiling what was recorded. */
@@ -254,9 +250,7 @@ static ad_status compile_term(problem *p, problem_set *set, int index, bool weig
                               ad_program **program, ad_error *error)
 {
     recording r;
-    if (!record_begin(p, set, &r)) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
-    }
+    record_begin(p, set, &r);
     ad_value outputs[1 + PROBLEM_VIEWS];
     outputs[0] = mean(weighted ? ad_mul(r.point_weight, r.squares[index]) : r.squares[index]);
     ad_reverse(outputs[0], set->view_count, r.views, AD_SUMMED, outputs + 1);
@@ -271,9 +265,7 @@ ad_status problem_set_build(problem *p, problem_set *set, ad_error *error)
     if (p->model->motion) {
         return problem_motion_prepare(p, error);
     }
-    if (!record_begin(p, set, &r)) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
-    }
+    record_begin(p, set, &r);
     ad_status status = compile_gradient(p, set, &r, error);
     if (status == AD_OK) {
         status = compile_value(p, set, &r, error);
@@ -383,9 +375,6 @@ static ad_status compile_fields(problem *p, problem_set *set, ad_error *error)
 {
     ad_value fields[MODEL_FIELDS_MAX], all;
     ad_tape *tape = ad_tape_create();
-    if (!tape) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
-    }
     model_record(p->model, p->window, p->mlp, tape, fields);
     all = ad_stack(p->model->field_count, fields);
     ad_status status = ad_compile(1, &all, NULL, p->pool, &set->fields, error);
@@ -470,9 +459,7 @@ static void record_rows(const problem *p, const problem_set *set, const recordin
 static ad_status compile_normal(problem *p, problem_set *set, ad_error *error)
 {
     recording r;
-    if (!record_begin(p, set, &r)) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
-    }
+    record_begin(p, set, &r);
     ad_value rows[PROBLEM_SET_TERMS];
     record_rows(p, set, &r, rows);
     ad_status status = compile_fixed(p, set, &r, set->term_count, rows, &set->normal_fixed, error);
@@ -491,9 +478,7 @@ static ad_status compile_normal(problem *p, problem_set *set, ad_error *error)
 static ad_status compile_product(problem *p, problem_set *set, ad_error *error)
 {
     recording r;
-    if (!record_begin(p, set, &r)) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
-    }
+    record_begin(p, set, &r);
     ad_value rows[PROBLEM_SET_TERMS], v[PROBLEM_VIEWS], products[PROBLEM_VIEWS];
     record_rows(p, set, &r, rows);
     ad_status status = compile_fixed(p, set, &r, set->term_count, rows, &set->product_fixed, error);

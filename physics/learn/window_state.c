@@ -232,9 +232,6 @@ void window_state_free(window_state *r)
 static ad_status build(window_state *r, int window, ad_program **made, ad_error *error)
 {
     ad_tape *tape = ad_tape_create();
-    if (!tape) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
-    }
     const physics_model *m = r->model;
     ad_value fields[MODEL_FIELDS_MAX], rows[MODEL_STATE_ROWS_MAX];
     domain_place at = model_record(m, window, r->mlp, tape, fields);

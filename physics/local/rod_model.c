@@ -113,13 +113,10 @@ typedef struct recording {
 } recording;
 
 /* What is measured by scales is measured by those of the scene without open names. */
-static ad_status begin(const solve_rod *rod, recording *on, ad_error *error)
+static void begin(const solve_rod *rod, recording *on)
 {
     const solve_functions *f = rod->formula;
     *on = (recording){.tape = ad_tape_create()};
-    if (!on->tape) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
-    }
     on->s = ad_input(on->tape, "s", 1);
     on->t = ad_input(on->tape, "t", 1);
     on->at = rod_place(&rod->scene, on->s, on->t);
@@ -135,7 +132,6 @@ static ad_status begin(const solve_rod *rod, recording *on, ad_error *error)
         on->context.properties = scene_properties_of(f->open);
         on->context.parameter_count = count;
     }
-    return AD_OK;
 }
 
 /* Derivatives of a part by each parameter, one after the other. */
@@ -170,10 +166,7 @@ static ad_status record(solve_rod *rod, ad_error *error)
 {
     solve_functions *f = rod->formula;
     recording on;
-    ad_status status = begin(rod, &on, error);
-    if (status != AD_OK) {
-        return status;
-    }
+    begin(rod, &on);
     const rod_context context = on.context;
     ad_tape *tape = on.tape;
     const ad_value t = on.t;
@@ -185,7 +178,7 @@ static ad_status record(solve_rod *rod, ad_error *error)
     const ad_value jumps = solve_jumps_record(&context, &rod->jumps);
     rod->along_moves = ad_uses(1, &along, t);
     rod->rest_moves = ad_uses(1, &rest, t); /* a jump has no rate */
-    status = ad_tape_status(tape, error);
+    ad_status status = ad_tape_status(tape, error);
     for (int i = 0; status == AD_OK && i < FORMULAS; i++) {
         status = add_formula(rod, &on, (solve_part)i, values[i], &f->all[i], error);
     }
@@ -242,10 +235,7 @@ static ad_status record_actuators(solve_rod *rod, ad_error *error)
     }
     recording on;
     ad_value all[SOLVE_ACTUATORS_MAX];
-    ad_status status = begin(rod, &on, error);
-    if (status != AD_OK) {
-        return status;
-    }
+    begin(rod, &on);
     const rod_context context = on.context;
     ad_tape *tape = on.tape;
     for (int i = 0; i < pulling; i++) {
@@ -265,7 +255,7 @@ static ad_status record_actuators(solve_rod *rod, ad_error *error)
                                                    .turned = tube.turned,
                                                    .transmission = tube.transmission};
     }
-    status = ad_tape_status(tape, error);
+    ad_status status = ad_tape_status(tape, error);
     if (status == AD_OK) {
         status = add_formula(rod, &on, SOLVE_ACTUATORS, ad_stack(rod->actuators, all),
                              &rod->formula->actuators, error);

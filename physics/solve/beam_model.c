@@ -122,9 +122,6 @@ static ad_status record(solve_beam *beam, const scene *beam_scene, ad_error *err
 {
     beam_functions *f = beam->formula;
     ad_tape *tape = ad_tape_create();
-    if (!tape) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
-    }
     ad_value s = ad_input(tape, "s", 1), t = ad_input(tape, "t", 1);
     const domain_place at = rod_place(beam_scene, s, t);
     const beam_context context = beam_context_of(beam_scene, &at);

@@ -87,9 +87,6 @@ static ad_status begin(const export_family *family, int function, recording *r, 
     const char *names[SCENE_PARAMETERS_MAX];
     double middle[SCENE_PARAMETERS_MAX];
     *r = (recording){.tape = ad_tape_create()};
-    if (!r->tape) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
-    }
     const struct {
         const char *name;
         ad_value *at;

@@ -145,9 +145,6 @@ static ad_status create(export_jacobian *jacobian, const export_shapes *asked, a
     const size_t nodes = (size_t)strain_mesh_nodes(asked->mesh);
     scene one;
     ad_tape *tape = ad_tape_create();
-    if (!tape) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for derivatives of a family");
-    }
     for (int i = 0; i < settings.count; i++) {
         names[i] = open->parameters[i].name;
         usual[i] = scene_parameter_at(&open->parameters[i], 0.5);

@@ -280,9 +280,6 @@ static ad_status record(surrogate_flow *flow, ad_error *error)
     ad_tape *tape = ad_tape_create();
     ad_value units[2], length, features[HEADS], wrt[4 * SURROGATE_LAYERS_MAX], loss;
     ad_value outputs[4 * SURROGATE_LAYERS_MAX + 1];
-    if (!tape) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
-    }
     units[0] = ad_input(tape, "even", layer_inputs(m, 0, false));
     units[1] = m->mirrors ? ad_input(tape, "odd", layer_inputs(m, 0, true)) : units[0];
     length = ad_input(tape, "length", 1);

@@ -255,9 +255,6 @@ static scene_law_values record_law(const law_fit *fit, ad_tape *tape, ad_value *
 static ad_status record(law_fit *fit, ad_error *error)
 {
     ad_tape *tape = ad_tape_create();
-    if (!tape) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
-    }
     ad_value strain = ad_input(tape, "strain", N), stress = ad_input(tape, "stress", N), wrt[4];
     const scene_law_values values = record_law(fit, tape, wrt);
     const scene_symmetry symmetry = fit->asked->symmetry;
