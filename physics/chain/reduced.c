@@ -22,6 +22,7 @@ _Static_assert(offsetof(reduced_place, angular_velocity) == 10 * sizeof(double) 
 
 struct reduced_rod {
     scene open;
+    scene_values values; /* its names */
     const char *names[SCENE_PARAMETERS_MAX];
     double usual[SCENE_PARAMETERS_MAX];
     solve_rod *rod;
@@ -173,6 +174,7 @@ ad_status reduced_create(const scene *rod_scene, const reduced_settings *setting
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a reduced rod");
     }
     rod->open = *rod_scene;
+    rod->values = scene_values_of(rod_scene);
     rod->newton = settings->newton > 0 ? settings->newton : 1e-5; /* errors of a step are larger */
     ad_status status = create_model(rod, settings, error);
     status = status == AD_OK ? collocation_create(rod->m, STAGES, &rod->step, error) : status;
@@ -408,7 +410,7 @@ void reduced_remember(const reduced_rod *rod, const double *state, double *input
 
 void reduced_begin(const reduced_rod *rod, double *inputs, double *state)
 {
-    scene_memory_start(&rod->open, inputs, 0, NULL);
+    scene_memory_start(&rod->open, &rod->values, inputs, 0, NULL);
     memcpy(state + 2 * rod->m->size, inputs + scene_given_count(&rod->open),
            (size_t)rod->open.memory_count * sizeof *state);
 }
@@ -431,7 +433,7 @@ static void remember(reduced_rod *rod, double h, const double *state, const doub
         }
     }
     memcpy(rod->change[1], rod->change[0], (size_t)(all * count) * sizeof(double));
-    scene_memory_step(&rod->open, h, now, then, all, rod->change[0], rod->change[1]);
+    scene_memory_step(&rod->open, &rod->values, h, now, then, all, rod->change[0], rod->change[1]);
     for (int m = 0; m < memory && !after; m++) {
         if (!rod->open.memory[m].lags) {
             now[first + m] = then[first + m];

@@ -14,7 +14,7 @@
 #ifndef PHYSICS_SCENE_SCENE_MEMORY_H
 #define PHYSICS_SCENE_SCENE_MEMORY_H
 
-#include "physics/scene/scene.h"
+#include "physics/scene/scene_values.h"
 
 /* Gives the plays of a scene's formulas, and of `others` beside it, their place, once these
  * are read and its duration and parameters are known; `other` are changed as the scene's are.
@@ -36,8 +36,9 @@ void scene_remember_path(const scene *open, size_t rows, double *parameters, dou
  * goes one way in between, a lag where its input goes linearly. by_now, by_after [directions]
  * [parameter_count]: derivatives of all these along directions, of which those of the filled states
  * are filled in, too; NULL: not wanted. Do not allocate. */
-void scene_memory_start(const scene *open, double *parameters, int directions, double *by);
-void scene_memory_step(const scene *open, double h, const double *now, double *after,
-                       int directions, const double *by_now, double *by_after);
+void scene_memory_start(const scene *open, const scene_values *names, double *parameters,
+                        int directions, double *by);
+void scene_memory_step(const scene *open, const scene_values *names, double h, const double *now,
+                       double *after, int directions, const double *by_now, double *by_after);
 
 #endif

@@ -1,51 +1,13 @@
 /* States of inputs with a memory, from row to row and from sample to sample. */
 #include "physics/scene/scene_memory.h"
+#include "physics/scene/scene_values.h"
 
 #include <math.h>
 #include <string.h>
 
-/* Values by the indices of open names. */
-typedef struct open_names {
-    const scene *open;
-    int index[SCENE_PARAMETERS_MAX];
-    double x[QUANTITY_OPEN_MAX], along[QUANTITY_OPEN_MAX];
-} open_names;
-
-static void find_names(const scene *open, open_names *names)
-{
-    *names = (open_names){.open = open};
-    for (int i = 0; i < open->parameter_count; i++) {
-        names->index[i] = quantities_index(open->names, open->parameters[i].name);
-    }
-}
-
-static void put_values(open_names *names, const double *parameters)
-{
-    for (int i = 0; i < names->open->parameter_count; i++) {
-        names->x[names->index[i]] = parameters[i];
-    }
-}
-
-static double value_at(open_names *names, quantity q, const double *parameters)
-{
-    put_values(names, parameters);
-    return quantity_value_at(q, QUANTITY_OPEN_MAX, names->x);
-}
-
-/* Along a direction [parameter_count]. */
-static double slope_at(open_names *names, quantity q, const double *parameters,
-                       const double *direction)
-{
-    put_values(names, parameters);
-    for (int i = 0; i < names->open->parameter_count; i++) {
-        names->along[names->index[i]] = direction[i];
-    }
-    return quantity_slope_at(q, QUANTITY_OPEN_MAX, names->x, names->along);
-}
-
 /* ---- rows ---------------------------------------------------------------------------------- */
 
-static void follow_slopes(const scene *open, open_names *names, const double *parameters,
+static void follow_slopes(const scene *open, const scene_values *names, const double *parameters,
                           const double *slopes, double *next)
 {
     const int states = open->memory_count, first = scene_given_count(open);
@@ -57,13 +19,14 @@ static void follow_slopes(const scene *open, open_names *names, const double *pa
         }
         for (int m = 0; m < states; m++) {
             next[m * open->parameter_count + u] =
-                slope_at(names, open->memory[m].next, parameters, along);
+                scene_slope_at(names, open->memory[m].next, parameters, along);
         }
     }
 }
 
 /* Of rows that are motions. */
-static void start_rows(const scene *open, size_t rows, double *parameters, double *slopes)
+static void start_rows(const scene *open, const scene_values *names, size_t rows,
+                       double *parameters, double *slopes)
 {
     const size_t count = (size_t)open->parameter_count, states = (size_t)open->memory_count;
     const size_t first = (size_t)scene_given_count(open), known = first + states;
@@ -73,7 +36,8 @@ static void start_rows(const scene *open, size_t rows, double *parameters, doubl
         for (size_t u = known; u < count; u++) {
             by[(u - known) * count + u] = 1;
         }
-        scene_memory_start(open, parameters + row * count, slopes ? open->unknown_count : 0, by);
+        scene_memory_start(open, names, parameters + row * count, slopes ? open->unknown_count : 0,
+                           by);
         for (size_t m = 0; slopes && m < states; m++) {
             for (size_t u = known; u < count; u++) {
                 slopes[(row * states + m) * count + u] = by[(u - known) * count + first + m];
@@ -86,16 +50,15 @@ void scene_remember_path(const scene *open, size_t rows, double *parameters, dou
 {
     const int count = open->parameter_count, states = open->memory_count;
     const size_t width = (size_t)states * (size_t)count;
-    open_names names;
+    const scene_values names = scene_values_of(open);
     double *next = parameters + scene_given_count(open);
     for (size_t k = 0; slopes && k < rows * width; k++) {
         slopes[k] = 0;
     }
     if (scene_is_dynamic(open)) {
-        start_rows(open, rows, parameters, slopes);
+        start_rows(open, &names, rows, parameters, slopes);
         return;
     }
-    find_names(open, &names);
     for (int m = 0; m < states && rows > 0; m++) {
         next[m] = 0;
     }
@@ -103,7 +66,7 @@ void scene_remember_path(const scene *open, size_t rows, double *parameters, dou
         const double *at = parameters + row * (size_t)count;
         next += count;
         for (int m = 0; m < states; m++) {
-            next[m] = value_at(&names, open->memory[m].next, at);
+            next[m] = scene_value_at(&names, open->memory[m].next, at);
         }
         if (slopes) {
             follow_slopes(open, &names, at, slopes + row * width, slopes + (row + 1) * width);
@@ -113,20 +76,19 @@ void scene_remember_path(const scene *open, size_t rows, double *parameters, dou
 
 /* ---- samples ------------------------------------------------------------------------------- */
 
-void scene_memory_start(const scene *open, double *parameters, int directions, double *by)
+void scene_memory_start(const scene *open, const scene_values *names, double *parameters,
+                        int directions, double *by)
 {
     const int count = open->parameter_count, first = scene_given_count(open);
-    open_names names;
-    find_names(open, &names);
     for (int m = 0; m < open->memory_count; m++) {
         const quantity next = open->memory[m].next;
         parameters[first + m] = 0;
         for (int i = 0; i < directions; i++) {
             double *along = by + i * count;
             along[first + m] = 0;
-            along[first + m] = slope_at(&names, next, parameters, along);
+            along[first + m] = scene_slope_at(names, next, parameters, along);
         }
-        parameters[first + m] = value_at(&names, next, parameters);
+        parameters[first + m] = scene_value_at(names, next, parameters);
     }
 }
 
@@ -142,30 +104,29 @@ static double lag(double h, double z, double before, double after, double time, 
     return z * by[0] + before * by[1] + after * by[2];
 }
 
-void scene_memory_step(const scene *open, double h, const double *now, double *after,
-                       int directions, const double *by_now, double *by_after)
+void scene_memory_step(const scene *open, const scene_values *names, double h, const double *now,
+                       double *after, int directions, const double *by_now, double *by_after)
 {
     const int count = open->parameter_count, first = scene_given_count(open);
-    open_names names;
-    find_names(open, &names);
     for (int m = 0; m < open->memory_count; m++) {
         const scene_memory *memory = &open->memory[m];
         double *state = &after[first + m], by[4] = {1};
         *state = now[first + m];
-        const double begin = memory->lags ? value_at(&names, memory->input, now) : 0;
-        const double end = memory->lags ? value_at(&names, memory->input, after) : 0;
-        const double time = memory->lags ? value_at(&names, memory->time, after) : 0;
+        const double begin = memory->lags ? scene_value_at(names, memory->input, now) : 0;
+        const double end = memory->lags ? scene_value_at(names, memory->input, after) : 0;
+        const double time = memory->lags ? scene_value_at(names, memory->time, after) : 0;
         const double value = memory->lags ? lag(h, *state, begin, end, time, by)
-                                          : value_at(&names, memory->next, after);
+                                          : scene_value_at(names, memory->next, after);
         for (int i = 0; i < directions; i++) {
             const double *along = by_now + i * count;
             double *to = by_after + i * count;
             to[first + m] = along[first + m];
-            to[first + m] = memory->lags ? by[0] * along[first + m] +
-                                               by[1] * slope_at(&names, memory->input, now, along) +
-                                               by[2] * slope_at(&names, memory->input, after, to) +
-                                               by[3] * slope_at(&names, memory->time, after, to)
-                                         : slope_at(&names, memory->next, after, to);
+            to[first + m] = memory->lags
+                                ? by[0] * along[first + m] +
+                                      by[1] * scene_slope_at(names, memory->input, now, along) +
+                                      by[2] * scene_slope_at(names, memory->input, after, to) +
+                                      by[3] * scene_slope_at(names, memory->time, after, to)
+                                : scene_slope_at(names, memory->next, after, to);
         }
         *state = value;
     }

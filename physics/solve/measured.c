@@ -207,7 +207,7 @@ void solve_trials_fill(const solve_trials *trials, const double *values, size_t 
         parameters[scene_known_count(&trials->open) + i] = own[i];
     }
     if (scene_is_dynamic(&trials->open)) {
-        scene_memory_start(&trials->open, parameters, 0, NULL);
+        scene_memory_start(&trials->open, &trials->names, parameters, 0, NULL);
     }
     trial_memory_fill(trials->memory, values, row->turn, parameters);
 }
@@ -340,6 +340,7 @@ ad_status solve_trials_create(const scene *open, int sets, const solve_measured 
         return ad_fail(error, AD_NO_MEMORY, "out of memory for trials");
     }
     trials->open = *open;
+    trials->names = scene_values_of(open);
     trials->unknowns = open->unknown_count;
     trials->every = 1;
     for (int i = 0; i < sets; i++) {

@@ -3,6 +3,7 @@
 #define PHYSICS_SOLVE_MEASURED_TRIALS_H
 
 #include "physics/chain/solve_members.h"
+#include "physics/scene/scene_values.h"
 #include "physics/scene/view.h"
 #include "physics/solve/measured_memory.h"
 
@@ -22,6 +23,7 @@ typedef struct measured_row {
 
 struct solve_trials {
     scene open;
+    scene_values names; /* its */
     int unknowns;
     bool apart;  /* each experiment has values of its own */
     int columns; /* of the model: so many are needed */

@@ -198,17 +198,18 @@ static void test_lag(void **state)
     static const double TAU = 0.3, STEP = 0.05;
     (void)state;
     made m = make_sampled("lag(play(pull, r), 0.1 + w)");
+    const scene_values values = scene_values_of(&m.open);
     assert_int_equal(m.open.parameter_count, COUNT);
     assert_int_equal(scene_given_count(&m.open), 1);
     for (int rises = 0; rises < 2; rises++) {
         double now[COUNT] = {[LATE] = TAU - 0.1}, after[COUNT];
         const double first = 1 - (1 - exp(-STEP / TAU)) * TAU / STEP;
-        scene_memory_start(&m.open, now, 0, NULL);
+        scene_memory_start(&m.open, &values, now, 0, NULL);
         for (int i = 1; i <= STEPS; i++) {
             const double t = i * STEP;
             memcpy(after, now, sizeof now);
             after[PULL] = rises ? t / 2 : 1;
-            scene_memory_step(&m.open, STEP, now, after, 0, NULL, NULL);
+            scene_memory_step(&m.open, &values, STEP, now, after, 0, NULL, NULL);
             memcpy(now, after, sizeof now);
             assert_near(now[LAG],
                         rises ? (t - TAU * (1 - exp(-t / TAU))) / 2
@@ -230,12 +231,13 @@ static void test_sample_slopes(void **state)
     double by_now[DIRECTIONS * COUNT] = {0}, by_after[DIRECTIONS * COUNT] = {0};
     (void)state;
     made m = make_sampled("lag(play(pull, r), 0.1 + w)");
+    const scene_values values = scene_values_of(&m.open);
     memcpy(after, end, sizeof end);
     for (int i = 0; i < DIRECTIONS; i++) {
         by_now[i * COUNT + moved[i]] = 1;
         by_after[i * COUNT + moved[i]] = i >= 2;
     }
-    scene_memory_step(&m.open, STEP, at, after, DIRECTIONS, by_now, by_after);
+    scene_memory_step(&m.open, &values, STEP, at, after, DIRECTIONS, by_now, by_after);
     assert_near(after[1], 0.4, ROUNDING); /* pushed, by 0.6 less 0.2 */
     for (int i = 0; i < DIRECTIONS; i++) {
         for (int side = 0; side < 2; side++) {
@@ -243,7 +245,7 @@ static void test_sample_slopes(void **state)
             memcpy(sides[side], end, sizeof end);
             now[moved[i]] += side ? H : -H;
             sides[side][moved[i]] = now[moved[i]];
-            scene_memory_step(&m.open, STEP, now, sides[side], 0, NULL, NULL);
+            scene_memory_step(&m.open, &values, STEP, now, sides[side], 0, NULL, NULL);
         }
         for (int k = 1; k <= 2; k++) {
             assert_near(by_after[i * COUNT + k], (sides[1][k] - sides[0][k]) / (2 * H), 1e-8);

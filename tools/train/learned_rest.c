@@ -2,6 +2,7 @@
 
 #include "nn/rng.h"
 #include "physics/numerics/sort.h"
+#include "physics/scene/scene_values.h"
 #include "tools/train/clock.h"
 
 #include <math.h>
@@ -12,6 +13,7 @@ enum { MAX = SCENE_PARAMETERS_MAX };
 
 struct learned_rest {
     const scene *open;
+    scene_values names; /* its */
     learned_asked asked;
     solve_trials *trials;
     int common, known;
@@ -253,26 +255,17 @@ static bool is_plain(const learned_rest *rest)
     return plain;
 }
 
-/* Values of names by their indices: the parameters of an experiment. */
-static void name_values(const learned_rest *rest, const double *parameters, double *x)
+/* How an input changes with the common numbers [common], at parameters of an experiment. */
+static void change_input(const learned_rest *rest, int input, size_t experiment,
+                         const double *parameters, const double *slope, double *by, size_t stride)
 {
-    for (int i = 0; i < rest->open->parameter_count; i++) {
-        x[quantities_index(rest->open->names, rest->open->parameters[i].name)] = parameters[i];
-    }
-}
-
-/* How an input changes with the common numbers [common], at named values of an experiment. */
-static void change_input(const learned_rest *rest, int input, size_t experiment, const double *x,
-                         const double *slope, double *by, size_t stride)
-{
-    double column[MAX] = {0};
-    for (int i = 0; i < rest->open->parameter_count; i++) {
-        const char *name = rest->open->parameters[i].name;
-        double along[QUANTITY_OPEN_MAX] = {0};
-        if (i >= rest->known - rest->open->memory_count &&
-            quantity_depends_on(rest->asked.input[input], name)) {
-            along[quantities_index(rest->open->names, name)] = 1;
-            column[i] = quantity_slope_at(rest->asked.input[input], QUANTITY_OPEN_MAX, x, along);
+    const quantity of = rest->asked.input[input];
+    double column[MAX] = {0}, along[MAX] = {0};
+    for (int i = rest->known - rest->open->memory_count; i < rest->open->parameter_count; i++) {
+        if (quantity_depends_on(of, rest->open->parameters[i].name)) {
+            along[i] = 1;
+            column[i] = scene_slope_at(&rest->names, of, parameters, along);
+            along[i] = 0;
         }
     }
     for (int i = 0; i < rest->common; i++) {
@@ -287,7 +280,7 @@ static ad_status look(void *context, const double *common, double *x, double *by
     learned_rest *rest = context;
     const size_t width = (size_t)rest->open->parameter_count, points = rest->experiments;
     const size_t inputs = (size_t)rest->asked.inputs;
-    double slope[MAX], named[QUANTITY_OPEN_MAX] = {0};
+    double slope[MAX];
     for (int i = 0; i < rest->common; i++) {
         const double value = common_value(rest, i, common[i], &slope[i]);
         for (size_t e = 0; e < points; e++) {
@@ -297,11 +290,11 @@ static ad_status look(void *context, const double *common, double *x, double *by
     const ad_status status =
         solve_trials_remember(rest->trials, rest->values, by != NULL, rest->parameters, error);
     for (size_t e = 0; status == AD_OK && e < points; e++) {
-        name_values(rest, rest->parameters + e * width, named);
+        const double *at = rest->parameters + e * width;
         for (size_t i = 0; i < inputs; i++) {
-            x[i * points + e] = quantity_value_at(rest->asked.input[i], QUANTITY_OPEN_MAX, named);
+            x[i * points + e] = scene_value_at(&rest->names, rest->asked.input[i], at);
             if (by) {
-                change_input(rest, (int)i, e, named, slope, by + i * points + e, inputs * points);
+                change_input(rest, (int)i, e, at, slope, by + i * points + e, inputs * points);
             }
         }
     }
@@ -394,6 +387,7 @@ ad_status learned_rest_create(const scene *open, const learned_asked *asked, lea
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a residual");
     }
     rest->open = open;
+    rest->names = scene_values_of(open);
     rest->asked = *asked;
     rest->common = open->unknown_count - asked->outputs;
     rest->known = scene_known_count(open);
