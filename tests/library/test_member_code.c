@@ -270,14 +270,18 @@ static const char twisted[] =
     "parameters: {m: {range: [-0.06, 0.06]}, twist: {range: [-0.03, 0.03]}, f: {range: [-1, "
     "1]}}\n" ROD("") "loads: {tip: {force: [f, 0.1, 0.2*f], moment: [m, 0, twist]}}\n";
 
-static cpinn_family *open_members(const char *text, double tolerance, bool compile)
+static cpinn_family *open_with(const char *text, double tolerance, bool compile, bool forces)
 {
     double s[POINTS];
     for (int i = 0; i < POINTS; i++) {
         s[i] = LENGTH * i / (POINTS - 1);
     }
-    const cpinn_family_settings settings = {
-        .extrapolate = true, .threads = 1, .points = POINTS, .s = s, .compile = compile};
+    const cpinn_family_settings settings = {.extrapolate = true,
+                                            .threads = 1,
+                                            .points = POINTS,
+                                            .s = s,
+                                            .compile = compile,
+                                            .forces = forces};
     ad_error error = {AD_OK, ""};
     cpinn_family *result = NULL;
     FILE *file = fopen(at("members.yaml"), "w");
@@ -287,6 +291,11 @@ static cpinn_family *open_members(const char *text, double tolerance, bool compi
     check(cpinn_family_file(at("members.yaml"), 0, NULL, tolerance, &settings, &result, &error),
           &error);
     return result;
+}
+
+static cpinn_family *open_members(const char *text, double tolerance, bool compile)
+{
+    return open_with(text, tolerance, compile, false);
 }
 
 /* By the solver of members, or compiled C, alone. */
@@ -368,6 +377,71 @@ static void test_members(void **state)
     check_members(followed, followers);
 }
 
+/* Force and moment in the rod, which the C has by what is recorded of the balance. Positions are
+ * within 1e-8 of the length, and curvature, of which forces are, by what that is over the square of
+ * an element, which is a tenth: 1e-5 of those of the library, or of EI/L^2 and EI/L. Derivatives
+ * are within 1e-7 of differences of fourth order, 5e-3 of the range apart, of members whose mesh is
+ * the same one and which are solved to some 1e-11. */
+static void check_forces(const char *text, const double (*ranges)[2])
+{
+    enum { WIDE = COLUMNS + SOLVE_MEMBERS_FORCES, ALL = POINTS * WIDE, FEW = 10 };
+    static const double unit[2] = {0.07, 0.015}; /* of E I = 2.9e-3 N m^2 */
+    static double values[ALL], others[ALL], jacobian[ALL * PARAMETERS], side[4][ALL];
+    cpinn_family *plain = open_with(text, 1e-8, false, true),
+                 *compiled = open_with(text, 1e-8, true, true);
+    double parameters[FEW * PARAMETERS], worst = 0;
+    int compared = 0;
+    cpinn_answer one, other;
+    assert_string_equal(cpinn_family_not_compiled(compiled), "");
+    assert_int_equal(cpinn_family_columns(compiled), WIDE);
+    draw_members(ranges, FEW, parameters);
+    for (int i = 0; i < FEW; i++) {
+        double *of = parameters + i * PARAMETERS;
+        solve(plain, 1, of, others, NULL, &one);
+        solve(compiled, 1, of, values, jacobian, &other);
+        assert_int_equal(one.trusted, other.trusted);
+        if (!one.trusted || memcmp(values, others, sizeof values) == 0) {
+            continue;
+        }
+        for (int k = 0; k < ALL; k++) {
+            const double size = k % WIDE < COLUMNS ? 1 : unit[k % WIDE >= COLUMNS + 3];
+            assert_true(k % WIDE < COLUMNS ||
+                        fabs(values[k] - others[k]) <= 1e-5 * (size + fabs(others[k])));
+        }
+        for (int p = 0; p < PARAMETERS; p++) {
+            const double middle = of[p], h = 5e-3 * (ranges[p][1] - ranges[p][0]);
+            for (int k = 0; k < 4; k++) {
+                of[p] = middle + (double[]){-2, -1, 1, 2}[k] * h;
+                solve(compiled, 1, of, side[k], NULL, &other);
+            }
+            of[p] = middle;
+            for (int k = 0; k < ALL; k++) {
+                const double slope =
+                    (8 * (side[2][k] - side[1][k]) - (side[3][k] - side[0][k])) / 12 / 5e-3;
+                const double by = jacobian[k * PARAMETERS + p] * (ranges[p][1] - ranges[p][0]);
+                const double size = unit[k % WIDE >= COLUMNS + 3];
+                if (k % WIDE >= COLUMNS) {
+                    worst = fmax(worst, fabs(slope - by) / (size + fabs(slope)));
+                }
+            }
+        }
+        compared++;
+    }
+    printf("forces of %d members, derivatives to %.1e\n", compared, worst);
+    assert_true(compared > FEW / 2 && worst <= 1e-7);
+    cpinn_family_free(plain);
+    cpinn_family_free(compiled);
+}
+
+static void test_forces(void **state)
+{
+    (void)state;
+    static const double columns[PARAMETERS][2] = {{0, 0.01}, {1e-3, 4e-3}, {0.8, 1.4}},
+                        followers[PARAMETERS][2] = {{-0.1, 0.1}, {0, 3}, {-3e-3, 3e-3}};
+    check_forces(column, columns);
+    check_forces(followed, followers);
+}
+
 /* Many members, those outside of the ranges, and what is not compiled have the bits of the library.
  */
 static void test_members_of_library(void **state)
@@ -445,8 +519,10 @@ int main(void)
     if (system("cc --version >/dev/null 2>&1") != 0) {
         return 77;
     }
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_loaded), cmocka_unit_test(test_pulled),
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_loaded),
+                                       cmocka_unit_test(test_pulled),
                                        cmocka_unit_test(test_members),
+                                       cmocka_unit_test(test_forces),
                                        cmocka_unit_test(test_members_of_library),
                                        cmocka_unit_test(test_without_compiler)};
     return cmocka_run_group_tests(tests, set_up, clear);

@@ -448,14 +448,17 @@ static ad_status answer_by_members(cpinn_family *family, bool keeps, size_t memb
 /* ---- compiled C ---------------------------------------------------------------------------- */
 
 /* Whether compiled C has answered all members of a call, which are few and within the ranges, with
- * all that is asked for: derivatives only after two steps, and none of what is yet to be solved. */
-static bool answer_by_code(cpinn_family *family, int steps, size_t members,
+ * all that is asked for: derivatives and forces, which it has or not, only after two steps, and
+ * none of what is yet to be solved. */
+static bool answer_by_code(cpinn_family *family, bool forces, int steps, size_t members,
                            const double *parameters, double *values, double *jacobian,
                            cpinn_answer *answers)
 {
-    const size_t count = (size_t)family->count, width = family->points * (size_t)family->columns;
-    const bool solves = is_without_network(family);
-    bool result = family->code && members <= CPINN_FEW && (solves || !jacobian || steps == 2);
+    const size_t count = (size_t)family->count;
+    const size_t width = family->points * (size_t)cpinn_family_columns(family);
+    const bool solves = is_without_network(family), is_whole = jacobian || forces;
+    bool result = family->code && forces == family->forces && members <= CPINN_FEW &&
+                  (solves || !is_whole || steps == 2);
     for (size_t i = 0; i < members && result; i++) {
         result = !any_outside(family, parameters + i * count);
     }
@@ -470,7 +473,7 @@ static bool answer_by_code(cpinn_family *family, int steps, size_t members,
             }
         } else {
             member_code_answer(family->code, steps, given, to, slopes, said);
-            result = !slopes || !is_wanting(family, steps, said);
+            result = !is_whole || !is_wanting(family, steps, said);
         }
     }
     return result;
@@ -522,8 +525,8 @@ static ad_status answer_chunk(cpinn_family *family, const cpinn_polish *polish, 
     const int steps = answers ? polish->steps : 0;
     const bool keeps = jacobian || wanted;
     const bool solves = answers && family->solver && !polish->alone;
-    const bool by_code =
-        answer_by_code(family, steps, members, parameters, values, jacobian, answers);
+    const bool by_code = !wanted && answer_by_code(family, false, steps, members, parameters,
+                                                   values, jacobian, answers);
     ad_status status =
         by_code ? AD_OK
         : is_without_network(family)
@@ -563,9 +566,14 @@ static ad_status answer_with_forces(cpinn_family *family, const cpinn_polish *po
     static const cpinn_polish bare = {.alone = true};
     const size_t rows = members * family->points, columns = (size_t)family->columns,
                  count = (size_t)family->count;
+    polish = answers ? polish : &bare;
+    answers = answers ? answers : family->unasked;
+    if (answer_by_code(family, true, polish->steps, members, parameters, values, jacobian,
+                       answers)) {
+        return AD_OK;
+    }
     const ad_status status =
-        answer_chunk(family, answers ? polish : &bare, true, members, parameters, values, jacobian,
-                     answers ? answers : family->unasked, error);
+        answer_chunk(family, polish, true, members, parameters, values, jacobian, answers, error);
     if (status == AD_OK) {
         set_beside(rows, columns, SOLVE_MEMBERS_FORCES, family->carried, values);
     }

@@ -11,6 +11,7 @@ struct member_code {
     ad_code *code;
     const void *table; /* an export_family_table, of a solver an export_solver_table */
     double *memory;    /* [the table's] */
+    int columns;
     /* Of a solver: */
     const scene *open;
     double length, tolerance, mesh_error; /* over the length; of strain_mesh_unresolved */
@@ -49,8 +50,14 @@ static ad_status create(export_family *f, member_code **result, ad_error *error)
         member_code_free(code);
         return status;
     }
+    code->columns = f->columns;
     *result = code;
     return AD_OK;
+}
+
+static int columns_of(bool forces)
+{
+    return SOLVE_MEMBERS_COLUMNS + (forces ? SOLVE_MEMBERS_FORCES : 0);
 }
 
 static ad_status check_points(size_t points, ad_error *error)
@@ -61,7 +68,7 @@ static ad_status check_points(size_t points, ad_error *error)
                          points, MEMBER_CODE_POINTS_MAX);
 }
 
-ad_status member_code_create(const experiment *e, size_t points, const double *s,
+ad_status member_code_create(const experiment *e, bool forces, size_t points, const double *s,
                              member_code **result, ad_error *error)
 {
     export_family f = {.name = "member", .shape_by = true};
@@ -69,7 +76,7 @@ ad_status member_code_create(const experiment *e, size_t points, const double *s
     *result = NULL;
     ad_status status = check_points(points, error);
     if (status == AD_OK) {
-        status = export_family_at(e, SOLVE_MEMBERS_COLUMNS, (int)points, s, &f, &numbers, error);
+        status = export_family_at(e, columns_of(forces), (int)points, s, &f, &numbers, error);
     }
     status = status == AD_OK ? create(&f, result, error) : status;
     free(numbers);
@@ -145,13 +152,13 @@ static double estimate_of(const member_code *code, const double said[EXPORT_SOLV
 static ad_status judge(member_code *code, solve_members *exact, size_t points, ad_error *error)
 {
     const size_t count = (size_t)code->open->parameter_count;
-    const size_t width = points * SOLVE_MEMBERS_COLUMNS;
+    const size_t width = points * SOLVE_MEMBERS_COLUMNS, columns = (size_t)code->columns;
     solve_member results[EXPORT_JUDGED];
     double said[EXPORT_JUDGED][EXPORT_SOLVED];
     bool found[EXPORT_JUDGED];
     int solved = 0, within = 0;
     double *parameters = malloc(EXPORT_JUDGED * (count + width) * sizeof *parameters);
-    double *values = malloc((width + 1) * sizeof *values);
+    double *values = malloc((points * columns + 1) * sizeof *values);
     ad_status status =
         parameters && values ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for compiled C");
     if (status == AD_OK) {
@@ -164,8 +171,12 @@ static ad_status judge(member_code *code, solve_members *exact, size_t points, a
                    isfinite(results[i].estimate);
         if (found[i]) {
             const double *other = parameters + EXPORT_JUDGED * count + i * width;
-            const double off =
-                largest_distance(points, 3, SOLVE_MEMBERS_COLUMNS, 1, other, values) / code->length;
+            double off = 0;
+            for (size_t k = 0; k < points; k++) {
+                off = fmax(off, largest_distance(1, 3, 1, 1, other + k * SOLVE_MEMBERS_COLUMNS,
+                                                 values + k * columns) /
+                                    code->length);
+            }
             code->mesh_error = fmax(code->mesh_error, MARGIN * (off - LEAST * code->tolerance) /
                                                           said[i][EXPORT_UNRESOLVED]);
         }
@@ -184,7 +195,7 @@ static ad_status judge(member_code *code, solve_members *exact, size_t points, a
     return status;
 }
 
-ad_status member_code_create_solver(const scene *open, solve_members *solver,
+ad_status member_code_create_solver(const scene *open, bool forces, solve_members *solver,
                                     const solve_members_settings *settings, member_code **result,
                                     ad_error *error)
 {
@@ -196,7 +207,7 @@ ad_status member_code_create_solver(const scene *open, solve_members *solver,
     ad_status status = check_points(settings->points, error);
     status = status == AD_OK ? check_kind(open, settings->ranks, error) : status;
     if (status == AD_OK) {
-        status = export_family_solved(open, solver, settings->tolerance, SOLVE_MEMBERS_COLUMNS,
+        status = export_family_solved(open, solver, settings->tolerance, columns_of(forces),
                                       (int)settings->points, settings->s, &f, &numbers, error);
     }
     status = status == AD_OK ? create(&f, result, error) : status;

@@ -11,26 +11,28 @@ typedef struct member_code member_code;
 /* Their text, and what it takes to compile it, grow with the places of the shape. */
 enum { MEMBER_CODE_POINTS_MAX = 60 };
 
-/* Shapes at s [points], m, of a run that outlives it. Waits for the compiler where nothing is kept.
+/* Shapes at s [points], m, of a run that outlives it: SOLVE_MEMBERS_COLUMNS of its columns, or with
+ * `forces` SOLVE_MEMBERS_FORCES more. Waits for the compiler where nothing is kept.
  * AD_IO: no compiler, or no folder for what it makes; AD_BAD_ARGUMENT: strain_check, too many
  * points; AD_NO_MEMORY.
  */
-ad_status member_code_create(const experiment *e, size_t points, const double *s,
+ad_status member_code_create(const experiment *e, bool forces, size_t points, const double *s,
                              member_code **result, ad_error *error);
 void member_code_free(member_code *code); /* NULL is allowed */
 
 /* The same of members that are solved, by a solver of settings that are its own. AD_BAD_ARGUMENT
  * also where more than curvature is sought, or nothing is a parameter. */
-ad_status member_code_create_solver(const scene *open, solve_members *solver,
+ad_status member_code_create_solver(const scene *open, bool forces, solve_members *solver,
                                     const solve_members_settings *settings, member_code **result,
                                     ad_error *error);
 
-/* As solve_members_solve, with jacobian, unless NULL, as solve_members_jacobian. Returns whether
- * the member is solved; else that is left to the solver. */
+/* values [points][columns] as solve_members_solve and solve_members_forces have them, and jacobian
+ * [points][columns][parameters], unless NULL. Returns whether the member is solved; else that is
+ * left to the solver. */
 bool member_code_solve(const member_code *code, const double *parameters, double *values,
                        double *jacobian, solve_member *result);
 
-/* values [points][SOLVE_MEMBERS_COLUMNS] and, unless NULL, jacobian [points][columns][parameters]
+/* values [points][columns] and, unless NULL, jacobian [points][columns][parameters]
  * and the answer, in SI units, of a member within the ranges after some steps. */
 void member_code_answer(const member_code *code, int steps, const double *parameters,
                         double *values, double *jacobian, cpinn_answer *answer);

@@ -188,11 +188,11 @@ static ad_status create_code(const experiment *e, cpinn_family *family, ad_error
     ad_error *why = &family->not_compiled;
     const solve_members_settings asked = settings_of(family);
     const ad_status status =
-        family->forces ? ad_fail(why, AD_BAD_ARGUMENT, "the C of members has no forces")
-        : !e ? member_code_create_solver(&family->open, family->solver, &asked, &family->code, why)
+        !e ? member_code_create_solver(&family->open, family->forces, family->solver, &asked,
+                                       &family->code, why)
         : !e->targets || !family->solver
             ? ad_fail(why, AD_BAD_ARGUMENT, "the network is not one of the strain form")
-            : member_code_create(e, family->points, family->s, &family->code, why);
+            : member_code_create(e, family->forces, family->points, family->s, &family->code, why);
     return status == AD_NO_MEMORY ? ad_fail(error, status, "%s", why->message) : AD_OK;
 }
 

@@ -71,8 +71,8 @@ ad_status cpinn_family_of(const experiment *e, const cpinn_family_settings *sett
                           cpinn_family **result, ad_error *error);
 
 /* Stability margins of members [members][SOLVE_MARGINS], by the solver, and their derivatives, by
- * [members][SOLVE_MARGINS][parameters] or NULL: solve_members_margin. Not numbers where there is no stable
- * equilibrium on that path, or no solver. */
+ * [members][SOLVE_MARGINS][parameters] or NULL: solve_members_margin. Not numbers where there is no
+ * stable equilibrium on that path, or no solver. */
 ad_status cpinn_family_margin(cpinn_family *family, size_t members, const double *parameters,
                               double *margin, double *by, ad_error *error);
 

@@ -66,7 +66,7 @@ class Family:
     forces : bool
         Columns n1 n2 n3 (N), m1 m2 m3 (N m) follow: force and moment in the rod, of rod and
         actuators together, with their derivatives. Of families at rest, by the balance at the
-        equilibrium of the answer; nothing is compiled then.
+        equilibrium of the answer.
 
     Attributes
     ----------
