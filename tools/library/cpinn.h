@@ -471,8 +471,9 @@ int cpinn_stepper_inputs(const cpinn_stepper *stepper);
 const scene_parameter *cpinn_stepper_input(const cpinn_stepper *stepper,
                                            int i);               /* name and range */
 bool cpinn_stepper_is_slow(const cpinn_stepper *stepper, int i); /* stays while the robot moves */
-double cpinn_stepper_step(const cpinn_stepper *stepper);         /* s */
-double cpinn_stepper_length(const cpinn_stepper *stepper);       /* m, of the robot */
+bool cpinn_stepper_ramps(const cpinn_stepper *stepper);    /* inputs go linearly within a step */
+double cpinn_stepper_step(const cpinn_stepper *stepper);   /* s */
+double cpinn_stepper_length(const cpinn_stepper *stepper); /* m, of the robot */
 
 /* next [members][states] a step after states [members][states], under inputs [members][inputs] that
  * stay, or go linearly to `after` (NULL: they stay). by_state [members][states][states], by_inputs
@@ -490,67 +491,6 @@ void cpinn_stepper_tip(cpinn_stepper *stepper, size_t members, const double *sta
  * where Newton's method finds none. */
 void cpinn_stepper_rest(cpinn_stepper *stepper, size_t members, const double *inputs,
                         double *states);
-
-/* ---- environments ------------------------------------------------------------------------------
- */
-
-/* Environments of reinforcement learning, all stepped at once: the tip of the robot is to reach a
- * place or to follow a path. Tasks are drawn when they are made, from motions of the reduced rod,
- * so that each can be done. A task has slow parameters and a start at rest under some inputs. Its
- * goal is the place of the tip at rest under other inputs, or the path of the tip while inputs
- * move.
- *
- *   action       [-1, 1] over the range of each input that is not slow
- *   observation  state; position, rotation and velocity of the tip; from the tip to the goal (m);
- *                velocity of the goal (m/s); inputs as actions have them
- *   reward       -distance of the tip from the goal, over the length
- *   truncated    after `steps`; terminated: there is no state any more, with the reward -1
- *
- * An environment draws its tasks from a stream of its own and so does the same among any number of
- * others. */
-typedef struct cpinn_envs cpinn_envs;
-
-typedef enum cpinn_env_task { CPINN_REACH, CPINN_TRACK } cpinn_env_task;
-
-/* What happens to an episode that is over: nothing, by itself; the next step begins another; or the
- * same step does. */
-typedef enum cpinn_env_reset {
-    CPINN_RESET_NEVER,
-    CPINN_RESET_NEXT,
-    CPINN_RESET_SAME
-} cpinn_env_reset;
-
-typedef struct cpinn_envs_settings {
-    cpinn_env_task task;
-    cpinn_env_reset autoreset;
-    int count, steps, tasks; /* environments; steps of an episode; tasks that are drawn */
-    uint64_t seed;           /* of the tasks; environments have seed, seed + 1, ... until reset */
-} cpinn_envs_settings;
-
-/* The robot is borrowed. AD_BAD_ARGUMENT: a count below 1; AD_NOT_FINITE: no task has a motion. */
-ad_status cpinn_envs_create(cpinn_stepper *robot, const cpinn_envs_settings *settings,
-                            cpinn_envs **result, ad_error *error);
-void cpinn_envs_free(cpinn_envs *envs);
-
-int cpinn_envs_observed(const cpinn_envs *envs);      /* numbers of an observation */
-int cpinn_envs_actions(const cpinn_envs *envs);       /* and of an action, */
-int cpinn_envs_action(const cpinn_envs *envs, int i); /* which input of the robot that is */
-
-/* Begins an episode in each of which [count] (NULL: in all), of seeds [count] (NULL: streams go
- * on); observations [count][observed] of these, the others stay. */
-void cpinn_envs_reset(cpinn_envs *envs, const bool *which, const uint64_t *seeds,
-                      double *observations);
-
-/* Each [count]; distances in m. */
-typedef struct cpinn_envs_step_result {
-    double *observations, *last; /* [count][observed]; last, of CPINN_RESET_SAME: of episodes that
-                                  * are over, before the next begins */
-    double *rewards, *distances;
-    bool *terminated, *truncated;
-} cpinn_envs_step_result;
-
-/* actions [count][actions]. Of CPINN_RESET_NEXT an action is not taken where an episode is over. */
-void cpinn_envs_step(cpinn_envs *envs, const double *actions, cpinn_envs_step_result *result);
 
 #ifdef __cplusplus
 }

@@ -1,14 +1,37 @@
 /* Robots in steps: trained one-step models and reduced rods, many states at once. */
-#include "tools/library/stepper.h"
-#include "physics/scene/support.h"
+#include "tools/library/cpinn.h"
 
 #include "autodiff/host.h"
 #include "autodiff/ranks.h"
+#include "physics/scene/support.h"
 #include "tools/control/reduced_model.h"
+#include "tools/prepare/config_surrogate.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+/* States that a thread takes at a time: eight vectors of eight. */
+enum { STEPPER_MEMBERS = 64 };
+
+/* Of one thread. */
+typedef struct stepper_worker {
+    one_step model;
+    reduced_rod *rod; /* looked at in its tip */
+    kinematics tip;
+    double *seen, *room; /* [STEPPER_MEMBERS][KINEMATICS_SEEN], [kinematics_room] */
+} stepper_worker;
+
+struct cpinn_stepper {
+    surrogate *trained; /* NULL: the reduced rod itself, */
+    config *settings;   /* of these */
+    const scene *scene;
+    const surrogate_settings *given; /* modes, which inputs are slow, how they move in a step */
+    double step;
+    int states, inputs;
+    ad_pool *pool;
+    stepper_worker *workers; /* [threads] */
+};
 
 /* ---- making -------------------------------------------------------------------------------- */
 
@@ -175,6 +198,11 @@ bool cpinn_stepper_is_slow(const cpinn_stepper *stepper, int i)
     return surrogate_names_parameter(stepper->given, cpinn_stepper_input(stepper, i)->name);
 }
 
+bool cpinn_stepper_ramps(const cpinn_stepper *stepper)
+{
+    return stepper->given->hold == SURROGATE_RAMP;
+}
+
 double cpinn_stepper_step(const cpinn_stepper *stepper)
 {
     return stepper->step;
@@ -196,9 +224,9 @@ static bool all_finite(int count, const double *numbers)
     return sum == 0;
 }
 
-void cpinn_stepper_take(const cpinn_stepper *stepper, const stepper_worker *worker, int members,
-                        const double *states, const double *inputs, const double *after,
-                        double *next, double *by_state, double *by_inputs)
+static void take(const cpinn_stepper *stepper, const stepper_worker *worker, int members,
+                 const double *states, const double *inputs, const double *after, double *next,
+                 double *by_state, double *by_inputs)
 {
     const one_step *model = &worker->model;
     const size_t n = (size_t)stepper->states, m = (size_t)stepper->inputs;
@@ -219,7 +247,7 @@ void cpinn_stepper_take(const cpinn_stepper *stepper, const stepper_worker *work
     }
 }
 
-void cpinn_stepper_see(const stepper_worker *worker, int members, const double *states)
+static void see(const stepper_worker *worker, int members, const double *states)
 {
     kinematics_see(&worker->tip, members, states, worker->seen, NULL, worker->room);
 }
@@ -256,10 +284,9 @@ static void advance_piece(void *context, int item, int thread)
     const size_t n = (size_t)of->x->states, m = (size_t)of->x->inputs;
     int members;
     const size_t first = piece(of, item, &members);
-    cpinn_stepper_take(of->x, &of->x->workers[thread], members, of->states + first * n,
-                       of->inputs + first * m, of->after ? of->after + first * m : NULL,
-                       of->next + first * n, behind(of->by_state, first * n * n),
-                       behind(of->by_inputs, first * n * m));
+    take(of->x, &of->x->workers[thread], members, of->states + first * n, of->inputs + first * m,
+         of->after ? of->after + first * m : NULL, of->next + first * n,
+         behind(of->by_state, first * n * n), behind(of->by_inputs, first * n * m));
 }
 
 ad_status cpinn_stepper_advance(cpinn_stepper *stepper, size_t members, const double *states,
@@ -290,7 +317,7 @@ static void see_piece(void *context, int item, int thread)
     const stepper_worker *worker = &of->x->workers[thread];
     int members;
     const size_t first = piece(of, item, &members);
-    cpinn_stepper_see(worker, members, of->states + first * (size_t)of->x->states);
+    see(worker, members, of->states + first * (size_t)of->x->states);
     for (size_t i = 0; i < (size_t)members; i++) {
         memcpy(of->tip + (first + i) * CPINN_TIP_NUMBERS, worker->seen + i * KINEMATICS_SEEN,
                CPINN_TIP_NUMBERS * sizeof *of->tip);

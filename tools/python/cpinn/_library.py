@@ -130,17 +130,6 @@ class Parameter(ctypes.Structure):
                 ("scale", ctypes.c_int)]
 
 
-class EnvsSettings(ctypes.Structure):
-    _fields_ = [("task", ctypes.c_int), ("autoreset", ctypes.c_int), ("count", ctypes.c_int),
-                ("steps", ctypes.c_int), ("tasks", ctypes.c_int), ("seed", ctypes.c_uint64)]
-
-
-class EnvsStepResult(ctypes.Structure):
-    _fields_ = [("observations", ctypes.c_void_p), ("last", ctypes.c_void_p),
-                ("rewards", ctypes.c_void_p), ("distances", ctypes.c_void_p),
-                ("terminated", ctypes.c_void_p), ("truncated", ctypes.c_void_p)]
-
-
 # ---- calls ---------------------------------------------------------------------------------------
 
 def call(function: Any, *arguments: Any) -> None:
@@ -263,18 +252,12 @@ stepper_states = declare("cpinn_stepper_states", I, Made)
 stepper_inputs = declare("cpinn_stepper_inputs", I, Made)
 stepper_input = declare("cpinn_stepper_input", ctypes.POINTER(Parameter), Made, I)
 stepper_is_slow = declare("cpinn_stepper_is_slow", B, Made, I)
+stepper_ramps = declare("cpinn_stepper_ramps", B, Made)
 stepper_step = declare("cpinn_stepper_step", D, Made)
 stepper_length = declare("cpinn_stepper_length", D, Made)
 stepper_advance = declare("cpinn_stepper_advance", I, Made, Z, P, P, P, P, P, P, FAIL)
 stepper_tip = declare("cpinn_stepper_tip", None, Made, Z, P, P)
 stepper_rest = declare("cpinn_stepper_rest", None, Made, Z, P, P)
-envs_create = declare("cpinn_envs_create", I, Made, ctypes.POINTER(EnvsSettings), OUT, FAIL)
-envs_free = declare("cpinn_envs_free", None, P)
-envs_observed = declare("cpinn_envs_observed", I, Made)
-envs_actions = declare("cpinn_envs_actions", I, Made)
-envs_action = declare("cpinn_envs_action", I, Made, I)
-envs_reset = declare("cpinn_envs_reset", None, Made, P, P, P)
-envs_step = declare("cpinn_envs_step", None, Made, P, ctypes.POINTER(EnvsStepResult))
 reason_word = declare("cpinn_reason_word", S, I)
 source_word = declare("cpinn_source_word", S, I)
 outcome_of = declare("verdict_outcome_of", I, P)

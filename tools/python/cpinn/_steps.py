@@ -35,6 +35,8 @@ class OneStep:
         Inputs in their order, with their ranges in SI units.
     slow : list of str
         Inputs that stay while the robot moves, such as a stiffness.
+    ramps : bool
+        Inputs go linearly within a step, to those at its end (`surrogate.hold: linear`).
     """
 
     def __init__(self, handle: Made) -> None:
@@ -42,6 +44,7 @@ class OneStep:
         self.step: float = library.stepper_step(handle)
         self.length: float = library.stepper_length(handle)
         self.states: int = library.stepper_states(handle)
+        self.ramps: bool = library.stepper_ramps(handle)
         found = [library.stepper_input(handle, i).contents
                  for i in range(library.stepper_inputs(handle))]
         self.ranges: dict[str, tuple[float, float]] = {p.name.decode(): (p.low, p.high)
@@ -124,6 +127,12 @@ class OneStep:
                        else [None, None]))
         return found
 
+    def _seen(self, states: Numbers) -> Array:
+        x = self._states(states)
+        seen = numpy.empty((len(x), 10))
+        library.stepper_tip(self._handle, len(x), x.ctypes.data, seen.ctypes.data)
+        return seen
+
     def tip(self, states: Numbers) -> dict[str, Array]:
         """The end of the robot.
 
@@ -137,9 +146,7 @@ class OneStep:
             position (members, 3) in m, rotation (members, 4), unit, body to world, and velocity
             (members, 3) in m/s.
         """
-        x = self._states(states)
-        seen = numpy.empty((len(x), 10))
-        library.stepper_tip(self._handle, len(x), x.ctypes.data, seen.ctypes.data)
+        seen = self._seen(states)
         return {"position": seen[:, :3], "rotation": seen[:, 3:7], "velocity": seen[:, 7:]}
 
 

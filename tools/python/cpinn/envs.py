@@ -6,9 +6,9 @@
     envs = gymnasium.make_vec("cpinn/Reach-v0", num_envs=1024, robot="runs/arm",
                               vectorization_mode="vector_entry_point")     # the same
 
-All environments are stepped at once by the C library, on all processors. A robot is a trained
-one-step model or a reduced rod (`cpinn.one_step`, `cpinn.reduced_rod`). Tasks are drawn from motions
-of the reduced rod when the environments are made, so that each can be done; an input that is slow,
+All environments are stepped at once, the robots in them by the C library on all processors. A robot is
+a trained one-step model or a reduced rod (`cpinn.one_step`, `cpinn.reduced_rod`). Tasks are drawn from
+motions of the robot when the environments are made, so that each can be done; an input that is slow,
 such as a stiffness, belongs to the task and is neither an action nor observed.
 
     action       shape (actions,): [-1, 1] over the range of each input that is not slow
@@ -24,10 +24,9 @@ and on any number of threads.
 """
 from __future__ import annotations
 
-import ctypes
 import os
 from collections.abc import Mapping, Sequence
-from typing import Any, Optional, Union
+from typing import Any, NamedTuple, Optional, Union
 
 import numpy
 import numpy.typing
@@ -39,9 +38,8 @@ except ImportError as error:
     raise ImportError("cpinn.envs needs gymnasium 1.1 or later; install it with "
                       "'pip install gymnasium'") from error
 
-from . import _library as library
-from ._given import Scene, pointer, whole
-from ._library import ArgumentTypeError, Array, InputError, Made
+from ._given import Scene, whole
+from ._library import ArgumentTypeError, Array, InputError
 from ._steps import OneStep, one_step, reduced_rod
 
 __all__ = ["RodEnv", "RodVectorEnv"]
@@ -49,8 +47,7 @@ __all__ = ["RodEnv", "RodVectorEnv"]
 Robot = Union[OneStep, Scene]
 Flags = numpy.typing.NDArray[numpy.bool_]
 
-_TASKS = {"reach": 0, "track": 1}
-_RESETS = {AutoresetMode.DISABLED: 0, AutoresetMode.NEXT_STEP: 1, AutoresetMode.SAME_STEP: 2}
+_TASKS = ("reach", "track")
 _INT_MAX = 2**31 - 1
 
 
@@ -62,6 +59,51 @@ def _robot(robot: Robot, threads: Optional[int]) -> OneStep:
     if is_scene:
         return reduced_rod(robot, threads=threads)
     return one_step(robot, threads=threads)  # type: ignore[arg-type]
+
+
+class _Tasks(NamedTuple):
+    """Starts, and where the tip is to be: at each step, or once for all."""
+
+    states: Array  # [tasks, states]
+    inputs: Array  # [tasks, inputs]
+    goals: Array  # [tasks, 1 or steps, 3] m
+
+
+def _ramps(random: numpy.random.Generator, low: float, high: float, steps: int) -> Array:
+    """An input over the steps: it goes from level to level in 10 to 40 of them."""
+    at, levels = [0], [random.uniform(low, high)]
+    while at[-1] < steps:
+        at.append(at[-1] + int(random.integers(10, 41)))
+        levels.append(random.uniform(low, high))
+    return numpy.interp(numpy.arange(steps + 1), at, levels)
+
+
+def _draw(robot: OneStep, task: str, steps: int, count: int, seed: int) -> _Tasks:
+    """Tasks that the robot itself has done."""
+    random = numpy.random.default_rng(seed)
+    ranges = numpy.array(list(robot.ranges.values()))
+    slow = numpy.array([name in robot.slow for name in robot.ranges])
+    first, other = random.uniform(ranges[:, 0], ranges[:, 1], (2, count, len(ranges)))
+    other[:, slow] = first[:, slow]
+    if task == "reach":
+        goals = robot._seen(robot.rest(other))[:, None, :3]
+    else:
+        paths = numpy.repeat(first[:, None], steps + 1, axis=1)
+        for i in range(count):
+            for k in numpy.flatnonzero(~slow):
+                paths[i, :, k] = _ramps(random, ranges[k, 0], ranges[k, 1], steps)
+        first = paths[:, 0].copy()
+        goals = numpy.empty((count, steps, 3))
+        state = robot.rest(first)
+        for k in range(steps):
+            state = (robot.advance(state, paths[:, k], paths[:, k + 1]) if robot.ramps
+                     else robot.advance(state, paths[:, k + 1]))
+            goals[:, k] = robot._seen(state)[:, :3]
+    states = robot.rest(first)
+    good = numpy.isfinite(states).all(axis=1) & numpy.isfinite(goals).all(axis=(1, 2))
+    if not good.any():
+        raise InputError(f"none of {count} tasks has a motion that the robot can do")
+    return _Tasks(states[good], first[good], goals[good])
 
 
 class RodVectorEnv(gymnasium.vector.VectorEnv[Array, Array, Any]):
@@ -98,20 +140,21 @@ class RodVectorEnv(gymnasium.vector.VectorEnv[Array, Array, Any]):
         except ValueError:
             raise InputError(f"autoreset_mode: is {autoreset_mode!r}; allowed: "
                              f"{', '.join(repr(m.value) for m in AutoresetMode)}") from None
-        settings = library.EnvsSettings(
-            _TASKS[task], _RESETS[mode], whole("num_envs", num_envs, 1, _INT_MAX),
-            whole("max_episode_steps", max_episode_steps, 1, _INT_MAX),
-            whole("tasks", tasks, 1, _INT_MAX), whole("tasks_seed", tasks_seed, 0, 2**64 - 1))
+        num_envs = whole("num_envs", num_envs, 1, _INT_MAX)
+        self._steps = whole("max_episode_steps", max_episode_steps, 1, _INT_MAX)
+        tasks = whole("tasks", tasks, 1, _INT_MAX)
+        tasks_seed = whole("tasks_seed", tasks_seed, 0, 2**64 - 1)
         self.robot = _robot(robot, threads)
-        self._made: Optional[Made] = Made(library.envs_free, library.envs_create,
-                                          self.robot._handle, ctypes.byref(settings))
+        self._tasks: Optional[_Tasks] = _draw(self.robot, task, self._steps, tasks, tasks_seed)
         self.metadata = {"autoreset_mode": mode, "render_modes": []}
         self.num_envs = num_envs
         self.task = task
-        width = library.envs_observed(self._made)
-        actions = library.envs_actions(self._made)
-        names = list(self.robot.ranges)
-        self.action_names = [names[library.envs_action(self._made, i)] for i in range(actions)]
+        self.action_names = [name for name in self.robot.ranges if name not in self.robot.slow]
+        self._acts = numpy.array([name not in self.robot.slow for name in self.robot.ranges])
+        self._low, self._high = numpy.array([self.robot.ranges[name]
+                                             for name in self.action_names]).reshape(-1, 2).T
+        actions = len(self.action_names)
+        width = self.robot.states + 16 + actions
         box = gymnasium.spaces.Box
         self.single_observation_space = box(-numpy.inf, numpy.inf, (width,), numpy.float64)
         self.single_action_space = box(-1.0, 1.0, (actions,), numpy.float64)
@@ -119,15 +162,45 @@ class RodVectorEnv(gymnasium.vector.VectorEnv[Array, Array, Any]):
             self.single_observation_space, num_envs)
         self.action_space = gymnasium.vector.utils.batch_space(self.single_action_space, num_envs)
         self._observations: Optional[Array] = None
+        self._random = [numpy.random.default_rng(i) for i in range(num_envs)]
+        self._task, self._at = numpy.zeros((2, num_envs), dtype=int)
+        self._over = numpy.zeros(num_envs, dtype=bool)
+        self._states = numpy.empty((num_envs, self.robot.states))
+        self._inputs = numpy.empty((num_envs, len(self.robot.ranges)))
 
     def __repr__(self) -> str:
         return (f"<cpinn.envs.RodVectorEnv: {self.num_envs} to {self.task}, actions "
                 f"{', '.join(self.action_names)}>")
 
-    def _open(self) -> Made:
-        if self._made is None:
+    def _open(self) -> _Tasks:
+        if self._tasks is None:
             raise gymnasium.error.ClosedEnvironmentError("the environments are closed")
-        return self._made
+        return self._tasks
+
+    def _begin(self, which: Flags) -> None:
+        """Episodes."""
+        tasks = self._open()
+        for i in numpy.flatnonzero(which):
+            self._task[i] = self._random[i].integers(len(tasks.states))
+        self._at[which] = 0
+        self._over[which] = False
+        self._states[which] = tasks.states[self._task[which]]
+        self._inputs[which] = tasks.inputs[self._task[which]]
+
+    def _observe(self, which: Any, to: Array, seen: Optional[Array] = None) -> None:
+        """Of these environments (slice(None): all), whose tips may be known already."""
+        goals, n = self._open().goals, self.robot.states
+        task, at, last = self._task[which], self._at[which], goals.shape[1] - 1
+        goal = goals[task, numpy.minimum(at, last)]
+        states, inputs = self._states[which], self._inputs[which][:, self._acts]
+        if seen is None:
+            seen = self.robot._seen(states)
+        to[which, :n] = states
+        to[which, n:n + 10] = seen
+        to[which, n + 10:n + 13] = goal - seen[:, :3]
+        to[which, n + 13:n + 16] = 0.0 if last == 0 else (
+            goals[task, numpy.minimum(at + 1, last)] - goal) / self.robot.step
+        to[which, n + 16:] = (2 * inputs - self._low - self._high) / (self._high - self._low)
 
     def _seeds(self, seed: Union[int, Sequence[Optional[int]], None]) \
             -> tuple[Optional[numpy.typing.NDArray[numpy.uint64]], Flags]:
@@ -165,7 +238,7 @@ class RodVectorEnv(gymnasium.vector.VectorEnv[Array, Array, Any]):
         observations : ndarray, shape (num_envs, observed)
         infos : dict
         """
-        made = self._open()
+        self._open()
         which = numpy.ones(self.num_envs, dtype=bool)
         if options and "reset_mask" in options:
             which = numpy.ascontiguousarray(options["reset_mask"])
@@ -177,9 +250,11 @@ class RodVectorEnv(gymnasium.vector.VectorEnv[Array, Array, Any]):
         seeds, seeded = self._seeds(seed)
         observations = numpy.empty((self.num_envs, *self._width)) \
             if self._observations is None else self._observations.copy()
-        for of, given in ((which & seeded, seeds), (which & ~seeded, None)):
-            if of.any():
-                library.envs_reset(made, pointer(of), pointer(given), pointer(observations))
+        for i in numpy.flatnonzero(which & seeded):
+            assert seeds is not None
+            self._random[i] = numpy.random.default_rng(int(seeds[i]))
+        self._begin(which)
+        self._observe(which, observations)
         self._observations = observations
         return observations.copy(), {}
 
@@ -206,7 +281,7 @@ class RodVectorEnv(gymnasium.vector.VectorEnv[Array, Array, Any]):
             "distance" in m; of AutoresetMode.SAME_STEP also "final_obs" and "final_info" of
             episodes that are over.
         """
-        made = self._open()
+        tasks = self._open()
         if self._observations is None:
             raise gymnasium.error.ResetNeeded("step() before the first reset()")
         try:
@@ -218,26 +293,49 @@ class RodVectorEnv(gymnasium.vector.VectorEnv[Array, Array, Any]):
                              f"{self.action_space.shape}")
         if not numpy.isfinite(given).all():
             raise InputError("actions: have a number that is not finite; allowed: -1 to 1")
-        n = self.num_envs
-        observations = numpy.empty((n, *self._width))
-        same = self.metadata["autoreset_mode"] == AutoresetMode.SAME_STEP
-        last = numpy.zeros((n, *self._width)) if same else None
-        rewards, distances = numpy.empty(n), numpy.empty(n)
-        terminated, truncated = numpy.empty(n, dtype=bool), numpy.empty(n, dtype=bool)
-        library.envs_step(made, pointer(given), ctypes.byref(library.EnvsStepResult(
-            pointer(observations), pointer(last), pointer(rewards), pointer(distances),
-            pointer(terminated), pointer(truncated))))
+        mode = self.metadata["autoreset_mode"]
+        again = self._over & (mode == AutoresetMode.NEXT_STEP)  # no action is taken in these
+        after = self._inputs.copy()
+        after[:, self._acts] = (self._low + 0.5 * (1 + numpy.clip(given, -1, 1)) *
+                                (self._high - self._low))
+        goal = tasks.goals[self._task, numpy.minimum(self._at, tasks.goals.shape[1] - 1)]
+        states = (self.robot.advance(self._states, self._inputs, after) if self.robot.ramps
+                  else self.robot.advance(self._states, after))
+        seen = self.robot._seen(states)
+        off = seen[:, :3] - goal
+        distances = numpy.sqrt(off[:, 0]**2 + off[:, 1]**2 + off[:, 2]**2)
+        good = numpy.isfinite(distances) & ~again
+        terminated = ~good & ~again
+        rewards = distances / -self.robot.length
+        self._at += 1
+        truncated = good & (self._at >= self._steps)
+        self._over = terminated | truncated
+        self._states, self._inputs = states, after
+        observations = numpy.empty((self.num_envs, *self._width))
+        self._observe(slice(None), observations, seen)
+        if not good.all():
+            distances[~good] = numpy.nan
+            rewards[~good] = numpy.where(again, 0.0, -1.0)[~good]
+            # Where there is no state any more the episode ends, at its start.
+            self._states[terminated] = tasks.states[self._task[terminated]]
+            self._inputs[terminated] = tasks.inputs[self._task[terminated]]
+            self._begin(again)
+            self._observe(~good, observations)
+        over, same = self._over.copy(), mode == AutoresetMode.SAME_STEP
+        if same and over.any():
+            last = numpy.where(over[:, None], observations, 0)
+            self._begin(over)
+            self._observe(over, observations)
         self._observations = observations
         known = ~numpy.isnan(distances)
         infos: dict[str, Any] = {"distance": distances, "_distance": known}
-        over = terminated | truncated
         if same and over.any():
             infos |= {"final_obs": last, "_final_obs": over, "_final_info": over,
                       "final_info": {"distance": distances, "_distance": over & known}}
         return observations.copy(), rewards, terminated, truncated, infos
 
     def close_extras(self, **kwargs: Any) -> None:
-        self._made = None
+        self._tasks = None
 
 
 class RodEnv(gymnasium.Env[Array, Array]):

@@ -1,6 +1,5 @@
-/* Robots in steps and environments (cpinn.h), in C: as many as one by one, episodes, what is
- * refused; and derivatives of members. From Python: test_python_envs.py,
- * test_python_derivatives.py. */
+/* Robots in steps (cpinn.h), in C: as many as one by one, what is refused. From Python:
+ * test_python_envs.py. */
 #include "near.h"
 
 #include "cpinn.h"
@@ -67,52 +66,11 @@ static void test_steps(void **state)
     cpinn_stepper_free(robots[1]);
 }
 
-/* Episodes of 3 steps, of both tasks, by each way of beginning anew. */
-static void test_episodes(void **state)
+static void test_refused(void **state)
 {
     (void)state;
-    enum { COUNT = 5, STEPS = 3, WIDTH_MAX = 64 };
-    static double seen[COUNT * WIDTH_MAX], last[COUNT * WIDTH_MAX], actions[COUNT * 3];
-    double rewards[COUNT], distances[COUNT];
-    bool terminated[COUNT], truncated[COUNT];
-    cpinn_envs_step_result result = {seen, last, rewards, distances, terminated, truncated};
-    cpinn_stepper *robot = open_arm(1);
+    cpinn_stepper *robot = NULL;
     ad_error error;
-    for (int k = 0; k < 6; k++) {
-        const cpinn_envs_settings settings = {.task = k % 2 ? CPINN_TRACK : CPINN_REACH,
-                                              .autoreset = (cpinn_env_reset)(k / 2),
-                                              .count = COUNT,
-                                              .steps = STEPS,
-                                              .tasks = 4,
-                                              .seed = 2};
-        cpinn_envs *envs = NULL;
-        if (cpinn_envs_create(robot, &settings, &envs, &error) != AD_OK) {
-            fail_msg("%s", error.message);
-        }
-        assert_int_equal(cpinn_envs_actions(envs), 3);
-        assert_int_equal(cpinn_envs_action(envs, 2), 2);
-        assert_in_range(cpinn_envs_observed(envs), 1, WIDTH_MAX);
-        cpinn_envs_reset(envs, NULL, NULL, seen);
-        for (int step = 1; step <= STEPS + 1; step++) {
-            cpinn_envs_step(envs, actions, &result);
-            for (int i = 0; i < COUNT; i++) {
-                const bool begun = settings.autoreset == CPINN_RESET_NEXT && step > STEPS;
-                assert_true(truncated[i] == (step == STEPS || (step > STEPS && k < 2)));
-                assert_false(terminated[i]);
-                if (begun) {
-                    assert_true(rewards[i] == 0 && isnan(distances[i]));
-                } else {
-                    assert_near(rewards[i], -distances[i] / 0.13, 1e-15);
-                }
-            }
-        }
-        cpinn_envs_free(envs);
-    }
-    const cpinn_envs_settings none = {.count = 0, .steps = 1, .tasks = 1};
-    cpinn_envs *envs;
-    assert_int_equal(cpinn_envs_create(robot, &none, &envs, &error), AD_BAD_ARGUMENT);
-    cpinn_envs_free(NULL);
-    cpinn_stepper_free(robot);
     cpinn_stepper_free(NULL);
     assert_int_equal(cpinn_stepper_file("configs/elastica.yaml", 0, NULL, 0, 1, &robot, &error),
                      AD_BAD_INPUT);
@@ -124,7 +82,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_steps),
-        cmocka_unit_test(test_episodes),
+        cmocka_unit_test(test_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
