@@ -102,8 +102,8 @@ static ad_status create_groups(solve_members *members, const scene *one,
         status = solve_rod_create_open(&members->open, &members->parameters, &rod, error);
         status = status == AD_OK
                      ? strain_group_create(rod, members->count, settings->tolerance,
-                                           pieces.elements, pieces.edges, (int)members->points, s,
-                                           &members->groups[i], error)
+                                           settings->own_curvature, pieces.elements, pieces.edges,
+                                           (int)members->points, s, &members->groups[i], error)
                      : status;
     }
     return status;

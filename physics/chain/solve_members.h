@@ -38,6 +38,8 @@ typedef struct solve_members_settings {
     const double *s;       /* [points] where the shape is wanted, m; ascending */
     const ad_ranks *ranks; /* borrowed; among which members are dealt: all of them call the same
                             * functions; NULL: this process is by itself */
+    bool own_curvature; /* it is given by this solver alone, neither by a network nor by C that is
+                         * written: one point may have that of a piece */
 } solve_members_settings;
 
 /* Why a member has no solution. */
@@ -107,7 +109,8 @@ ad_status solve_members_solve(solve_members *solver, size_t members, const doubl
 /* Curvature u, 1/m, in the frame of the section, is given and taken at the points of one mesh:
  * those of Gauss between places where something jumps. Where the scene is a family with ranges of
  * all parameters, as many as nearly all of some random members need; else 4 to 8 in each piece. Two
- * of each where nothing acts but what pulls, the same all along it. */
+ * of each where curvature is the solver's own, and nothing acts but what pulls, the same all along
+ * it. */
 size_t solve_members_nodes(const solve_members *members);
 
 /* s [nodes], m, ascending. */

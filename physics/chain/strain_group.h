@@ -32,10 +32,11 @@ typedef struct strain_group {
     lanes *values;                   /* [outputs][SOLVE_MEMBERS_COLUMNS] */
 } strain_group;
 
-/* Meshes between edges [elements + 1] within [0, 1], for shapes at s [outputs] there. The rod is
- * the group's from then on, also after an error. AD_NO_MEMORY, errors of formulas. */
-ad_status strain_group_create(solve_rod *rod, int count, double tolerance, int elements,
-                              const double *edges, int outputs, const double *s,
+/* Meshes between edges [elements + 1] within [0, 1], for shapes at s [outputs] there;
+ * own_curvature: as of solve_members_settings. The rod is the group's from then on, also after an
+ * error. AD_NO_MEMORY, errors of formulas. */
+ad_status strain_group_create(solve_rod *rod, int count, double tolerance, bool own_curvature,
+                              int elements, const double *edges, int outputs, const double *s,
                               strain_group **result, ad_error *error);
 void strain_group_free(strain_group *group);
 

@@ -117,8 +117,8 @@ static ad_status find_uniform(strain_group *group, int elements, const double *e
     return status;
 }
 
-ad_status strain_group_create(solve_rod *rod, int count, double tolerance, int elements,
-                              const double *edges, int outputs, const double *s,
+ad_status strain_group_create(solve_rod *rod, int count, double tolerance, bool own_curvature,
+                              int elements, const double *edges, int outputs, const double *s,
                               strain_group **result, ad_error *error)
 {
     strain_group *group = calloc(1, sizeof *group);
@@ -129,7 +129,7 @@ ad_status strain_group_create(solve_rod *rod, int count, double tolerance, int e
     }
     *group = (strain_group){.rod = rod, .count = count, .tolerance = tolerance};
     size_t room = 0, nodes = 0, unknowns = 0;
-    ad_status status = find_uniform(group, elements, edges, error);
+    ad_status status = own_curvature ? find_uniform(group, elements, edges, error) : AD_OK;
     const int first = coarsest(group, elements, edges);
     const solve_end *end = &rod->ends[1];
     bool is_full = rod->along.by_position || rod->frictions > 0 || end->hold.directions > 0 ||

@@ -300,7 +300,8 @@ static ad_status create_members(solve_trials *trials, int threads, ad_error *err
     const solve_members_settings settings = {.tolerance = trials->tolerance,
                                              .threads = threads,
                                              .points = trials->places,
-                                             .s = trials->place};
+                                             .s = trials->place,
+                                             .own_curvature = true};
     const ad_status status =
         solve_members_create(&trials->open, &settings, &trials->members, error);
     return status == AD_NO_MEMORY ? status

@@ -424,7 +424,7 @@ static ad_status by_solver(const scene *given, support_form form, const settings
 static ad_status by_members(const scene *family, bool has_data, support_form form, outcome *to,
                             ad_error *error)
 {
-    const solve_members_settings asked = {1e-7, 1, PLACES, seen, NULL};
+    const solve_members_settings asked = {1e-7, 1, PLACES, seen, NULL, false};
     solve_members *members = NULL;
     double values[PLACES * SOLVE_MEMBERS_COLUMNS], usual[SCENE_PARAMETERS_MAX];
     solve_member result;

@@ -198,8 +198,11 @@ static solve_members_settings settings_of(int threads, double tolerance)
     for (int i = 0; i < POINTS; i++) {
         s[i] = 0.25 * i / (POINTS - 1);
     }
-    return (solve_members_settings){
-        .tolerance = tolerance, .threads = threads, .points = POINTS, .s = s};
+    return (solve_members_settings){.tolerance = tolerance,
+                                    .threads = threads,
+                                    .points = POINTS,
+                                    .s = s,
+                                    .own_curvature = made == uniform};
 }
 
 static void draw(double (*members)[PARAMETERS])
@@ -442,7 +445,7 @@ static void test_forces(void **state)
     static const char text[] =
         "rod: {model: kirchhoff, length: 0.8, stiffness: {bending: [0.5, 0.4], torsion: 0.3}}\n"
         "loads: {tip: {force: [0.3, -0.2, 0.1], moment: [0.02, 0.05, -0.1]}}\n";
-    const solve_members_settings settings = {1e-9, 1, AT, s, NULL};
+    const solve_members_settings settings = {1e-9, 1, AT, s, NULL, true};
     double values[AT][SOLVE_MEMBERS_COLUMNS], forces[AT][SOLVE_MEMBERS_FORCES];
     double curvature[3 * NODES_MOST];
     solve_members *x = NULL;
@@ -487,7 +490,7 @@ static void test_arc(void **state)
     enum { ENDS = 4 };
     static const double y = 0.02, EI = 0.5, stiff = 400, L = 0.8, back[] = {1, 1.2, 3};
     static const double s[2] = {0.4, 0.8}, moves[ENDS] = {0.01, 0.025, -0.01, 0};
-    const solve_members_settings settings = {1e-9, 1, 2, s, NULL};
+    const solve_members_settings settings = {1e-9, 1, 2, s, NULL, true};
     for (int i = 0; i < 6; i++) {
         char text[600];
         double values[ENDS][2][SOLVE_MEMBERS_COLUMNS];
@@ -532,7 +535,7 @@ static void test_imperfect(void **state)
         "rod: {model: kirchhoff, length: 1, stiffness: {bending: [1, 2], torsion: 1},\n"
         "      rest: {imperfection: [0.3, 0, 0]}}\n"
         "loads: {tip: {force: [0, 0, -p]}}\nboundary: {end: {type: loaded}}\n";
-    const solve_members_settings settings = {1e-7, 1, 2, s, NULL};
+    const solve_members_settings settings = {1e-7, 1, 2, s, NULL, false};
     const solve_settings by_collocation = {.tolerance = 1e-8};
     ad_error error = {.message = ""};
     config *given = read_text(text, &error);

@@ -55,9 +55,11 @@ static solve_members_settings settings_of(const cpinn_family *family)
                                     .ranks = ad_pool_ranks(family->pool)};
 }
 
-static ad_status create_solver(cpinn_family *family, ad_error *error)
+/* by_itself: neither a network nor compiled C gives it curvature. */
+static ad_status create_solver(cpinn_family *family, bool by_itself, ad_error *error)
 {
-    const solve_members_settings settings = settings_of(family);
+    solve_members_settings settings = settings_of(family);
+    settings.own_curvature = by_itself;
     ad_status status =
         solve_members_create(&family->open, &settings, &family->solver, &family->why_not);
     if (status != AD_OK && status != AD_BAD_ARGUMENT) {
@@ -112,7 +114,7 @@ ad_status cpinn_family_prepare(const scene *open, double tolerance,
     status = status == AD_OK ? ad_pool_share(family->pool, settings->ranks, error) : status;
     status = status == AD_OK ? keep_points(family, settings, error) : status;
     if (status == AD_OK) {
-        status = create_solver(family, error);
+        status = create_solver(family, tolerance > 0 && !settings->compile, error);
     }
     family->columns = family->solver ? SOLVE_MEMBERS_COLUMNS : solution_columns(open);
     family->forces = family->solver && settings->forces;

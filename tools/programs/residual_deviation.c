@@ -98,7 +98,7 @@ static ad_status differentiate(const learned_member *of, int threads, residual_d
     const scene *open = &of->scene.open->scene;
     const double length = scene_length(open);
     const solve_members_settings settings = {
-        .tolerance = 1e-8, .threads = threads, .points = 1, .s = &length};
+        .tolerance = 1e-8, .threads = threads, .points = 1, .s = &length, .own_curvature = true};
     const size_t width = of->unknowns + of->outputs;
     solve_member solved;
     solve_members *members = NULL;
