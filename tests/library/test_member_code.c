@@ -262,6 +262,9 @@ static const char followed[] =
             "        tip: {force: [0, push, 0], moment: [moment, 0, 0.3*moment], frame: "
             "follower}}\n"
             "tendons: [{offset: [0.008, 0], tension: pull, end: 0.12}]\n";
+/* The same all along it, so that the library has it at one point where it is by itself. */
+static const char uniform[] = "parameters: {pull: {range: [0, 2]}}\n" ROD(
+    "") "tendons: [{offset: [0.008, 0], tension: pull}]\n";
 /* What the C does not take, and what its mesh does not resolve. */
 static const char held[] = "parameters: {push: {range: [-0.03, 0.03]}}\n" ROD(
     "") "loads: {tip: {force: [0, push, 0]}}\n"
@@ -464,6 +467,9 @@ static void test_members_of_library(void **state)
     assert_true(answers[0].trusted && answers[0].outside);
     assert_memory_equal(values, others, WIDTH * sizeof *values);
     cpinn_family_free(plain);
+    cpinn_family_free(compiled);
+    compiled = open_members(uniform, 1e-6, true);
+    assert_string_equal(cpinn_family_not_compiled(compiled), "");
     cpinn_family_free(compiled);
     compiled = open_members(held, 1e-6, true);
     assert_non_null(strstr(cpinn_family_not_compiled(compiled), "given length"));
