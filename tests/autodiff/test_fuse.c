@@ -1,5 +1,6 @@
 /* Compiled groups of a program: the files that are kept of them, compilers that are missing, wrong
  * or hang. Skipped (77) where there is no compiler. */
+#include "fewer.h"
 #include "random_graphs.h"
 
 #include <signal.h>
@@ -316,10 +317,12 @@ int main(void)
     if (system("cc --version > /dev/null 2>&1") != 0)
         return 77;
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_kept_files),    cmocka_unit_test(test_file_of_another),
-        cmocka_unit_test(test_folders),       cmocka_unit_test(test_folders_above),
-        cmocka_unit_test(test_swapped),       cmocka_unit_test(test_many_at_once),
-        cmocka_unit_test(test_bad_compilers), cmocka_unit_test(test_compiler_that_hangs),
+        cmocka_unit_test(test_kept_files),          cmocka_unit_test(test_folders),
+        cmocka_unit_test(test_folders_above),       cmocka_unit_test(test_bad_compilers),
+        cmocka_unit_test(test_compiler_that_hangs),
     };
-    return cmocka_run_group_tests(tests, make_graph, free_graph);
+    const struct CMUnitTest alike[] = {cmocka_unit_test(test_swapped),
+                                       cmocka_unit_test(test_file_of_another),
+                                       cmocka_unit_test(test_many_at_once)};
+    return run_with_alike(tests, alike, make_graph, free_graph);
 }

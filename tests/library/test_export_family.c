@@ -2,6 +2,7 @@
  * makes of the same curvature.
  *   test_export_family [TEST]      writes, compiles and compares in a folder of its own */
 #include "config_testing.h"
+#include "fewer.h"
 #include "good.h"
 #include "random_numbers.h"
 #include "temporary_folder.h"
@@ -551,20 +552,21 @@ static void test_size(void **state)
 int main(int count, char **arguments)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_size),
-        cmocka_unit_test_setup_teardown(test_dead, make_directory, remove_directory),
         cmocka_unit_test_setup_teardown(test_chamber, make_directory, remove_directory),
         cmocka_unit_test_setup_teardown(test_followers, make_directory, remove_directory),
         cmocka_unit_test_setup_teardown(test_supported, make_directory, remove_directory),
         cmocka_unit_test_setup_teardown(test_law, make_directory, remove_directory),
         cmocka_unit_test_setup_teardown(test_held, make_directory, remove_directory),
         cmocka_unit_test_setup_teardown(test_sliding, make_directory, remove_directory),
-        cmocka_unit_test_setup_teardown(test_pinned, make_directory, remove_directory),
-        cmocka_unit_test_setup_teardown(test_displaced, make_directory, remove_directory),
+    };
+    const struct CMUnitTest alike[] = {
+        cmocka_unit_test(test_size),
         cmocka_unit_test_setup_teardown(test_rubbed, make_directory, remove_directory),
+        cmocka_unit_test_setup_teardown(test_dead, make_directory, remove_directory),
         cmocka_unit_test_setup_teardown(test_single, make_directory, remove_directory),
         cmocka_unit_test_setup_teardown(test_columns, make_directory, remove_directory),
-    };
+        cmocka_unit_test_setup_teardown(test_displaced, make_directory, remove_directory),
+        cmocka_unit_test_setup_teardown(test_pinned, make_directory, remove_directory)};
     cmocka_set_test_filter(count > 1 ? arguments[1] : NULL);
-    return has_compiler("cc") ? cmocka_run_group_tests(tests, NULL, NULL) : 77;
+    return has_compiler("cc") ? run_with_alike(tests, alike, NULL, NULL) : 77;
 }

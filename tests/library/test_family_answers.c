@@ -2,6 +2,7 @@
  * solved members that are bent by a smooth change of curvature; what is solved instead; the same
  * bits for any number of threads; what is refused; how answers are verified. */
 #include "allocations.h"
+#include "fewer.h"
 #include "good.h"
 
 #include "physics/solve/solve.h"
@@ -445,6 +446,7 @@ static void test_without_errors(void **state)
 static void test_verify(void **state)
 {
     (void)state;
+    enum { CHECKED = FEWER(700) };
     robot r;
     make_robot(&r);
     const cpinn_family_settings settings = settings_of(&r.scene, 1);
@@ -452,9 +454,9 @@ static void test_verify(void **state)
     cpinn_family_check check, again;
     ad_error error = {.message = ""};
     cpinn_family *x = open_with(&r, &settings, &network);
-    assert_good(cpinn_family_verify(x, 700, 1, &check, &error), &error);
-    assert_int_equal(check.by_members + check.by_solver + check.unsolved, 700);
-    assert_int_equal(check.by_members, 700);
+    assert_good(cpinn_family_verify(x, CHECKED, 1, &check, &error), &error);
+    assert_int_equal(check.by_members + check.by_solver + check.unsolved, CHECKED);
+    assert_int_equal(check.by_members, CHECKED);
     assert_int_equal(check.compared, 30);
     assert_true(check.apart < 1e-6 * LENGTH);
     for (int k = 0; k < CPINN_WAY_COUNT; k++) {
@@ -468,9 +470,9 @@ static void test_verify(void **state)
     assert_true(plain->within > 0.9 && fabs(plain->ratio[1] - 1) < 0.02);
     assert_int_equal(check.rows[CPINN_WAY_PRODUCT].not_trusted, 0);
     assert_true(check.rows[CPINN_WAY_PRODUCT].worst < 2e-6 * LENGTH);
-    assert_good(cpinn_family_verify(x, 700, 1, &again, &error), &error);
+    assert_good(cpinn_family_verify(x, CHECKED, 1, &again, &error), &error);
     assert_true(again.rows[0].worst == check.rows[0].worst);
-    assert_good(cpinn_family_verify(x, 700, 2, &again, &error), &error);
+    assert_good(cpinn_family_verify(x, CHECKED, 2, &again, &error), &error);
     assert_true(again.rows[0].worst != check.rows[0].worst);
     assert_int_equal(cpinn_family_verify(x, 0, 1, &again, &error), AD_BAD_ARGUMENT);
     cpinn_family_free(x);

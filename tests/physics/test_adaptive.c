@@ -1,5 +1,6 @@
 /* Points that move to where residuals are large. */
 #include "allocations.h"
+#include "fewer.h"
 #include "training_testing.h"
 
 #include "physics/learn/problem_internal.h"
@@ -218,9 +219,11 @@ static void test_settings(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_density),   cmocka_unit_test(test_greed),
-        cmocka_unit_test(test_gaussians), cmocka_unit_test(test_inside),
+        cmocka_unit_test(test_density),
+        cmocka_unit_test(test_greed),
+        cmocka_unit_test(test_inside),
         cmocka_unit_test(test_settings),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    const struct CMUnitTest alike[] = {cmocka_unit_test(test_gaussians)};
+    return run_with_alike(tests, alike, NULL, NULL);
 }

@@ -1,6 +1,7 @@
 /* Groups of families: how many there are, that members with the same groups have the same shape,
  * and that a member that is turned about its base or mirrored is the same to a network. */
 #include "allocations.h"
+#include "fewer.h"
 #include "good.h"
 #include "random_numbers.h"
 
@@ -451,9 +452,12 @@ static void test_memory(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_counts),      cmocka_unit_test(test_twins),
-        cmocka_unit_test(test_scaling),     cmocka_unit_test(test_others),
-        cmocka_unit_test(test_derivatives), cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_counts),
+        cmocka_unit_test(test_others),
+        cmocka_unit_test(test_derivatives),
+        cmocka_unit_test(test_memory),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    const struct CMUnitTest alike[] = {cmocka_unit_test(test_twins),
+                                       cmocka_unit_test(test_scaling)};
+    return run_with_alike(tests, alike, NULL, NULL);
 }

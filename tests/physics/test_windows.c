@@ -1,5 +1,6 @@
 /* Windows of time: each starts exactly where the one before ends, costs no more per step than the
  * first, and a run of several is saved, resumed and evaluated as one. */
+#include "fewer.h"
 #include "near.h"
 #include "rod_testing.h"
 #include "trainer_testing.h"
@@ -595,13 +596,19 @@ static void test_manufactured(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_joints),        cmocka_unit_test(test_ends),
-        cmocka_unit_test(test_wound),         cmocka_unit_test(test_misfit),
-        cmocka_unit_test(test_times),         cmocka_unit_test(test_steps_do_not_grow),
-        cmocka_unit_test(test_compiled_once), cmocka_unit_test(test_gradients),
-        cmocka_unit_test(test_resume),        cmocka_unit_test(test_checkpoint),
-        cmocka_unit_test(test_field),         cmocka_unit_test(test_reference),
+        cmocka_unit_test(test_ends),
+        cmocka_unit_test(test_wound),
+        cmocka_unit_test(test_misfit),
+        cmocka_unit_test(test_times),
+        cmocka_unit_test(test_steps_do_not_grow),
+        cmocka_unit_test(test_compiled_once),
+        cmocka_unit_test(test_gradients),
+        cmocka_unit_test(test_checkpoint),
+        cmocka_unit_test(test_field),
+        cmocka_unit_test(test_reference),
         cmocka_unit_test(test_manufactured),
     };
-    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+    const struct CMUnitTest alike[] = {cmocka_unit_test(test_resume),
+                                       cmocka_unit_test(test_joints)};
+    return run_with_alike(tests, alike, make_folder, remove_folder);
 }

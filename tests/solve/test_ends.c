@@ -340,16 +340,13 @@ static void test_guided_beam(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_columns),
-        cmocka_unit_test(test_long_column),
-        cmocka_unit_test(test_rigid_half),
-        cmocka_unit_test(test_guided_elastica),
-        cmocka_unit_test(test_founded_cantilever),
-        cmocka_unit_test(test_oblique),
-        cmocka_unit_test(test_guided_motion),
-        cmocka_unit_test(test_founded_swing),
-        cmocka_unit_test(test_rigid_motion),
+        cmocka_unit_test(test_columns),         cmocka_unit_test(test_rigid_half),
+        cmocka_unit_test(test_guided_elastica), cmocka_unit_test(test_founded_cantilever),
+        cmocka_unit_test(test_oblique),         cmocka_unit_test(test_rigid_motion),
         cmocka_unit_test(test_guided_beam),
     };
-    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+    const struct CMUnitTest alike[] = {cmocka_unit_test(test_long_column),
+                                       cmocka_unit_test(test_founded_swing),
+                                       cmocka_unit_test(test_guided_motion)};
+    return run_with_alike(tests, alike, make_folder, remove_folder);
 }

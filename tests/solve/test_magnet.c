@@ -325,12 +325,12 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_elastica),
-        cmocka_unit_test(test_critical),
-        cmocka_unit_test(test_critical_gradient),
         cmocka_unit_test(test_tip),
         cmocka_unit_test(test_stretched),
-        cmocka_unit_test(test_moved),
         cmocka_unit_test(test_motion),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    const struct CMUnitTest alike[] = {cmocka_unit_test(test_critical_gradient),
+                                       cmocka_unit_test(test_moved),
+                                       cmocka_unit_test(test_critical)};
+    return run_with_alike(tests, alike, NULL, NULL);
 }

@@ -1,6 +1,7 @@
 /* Stability margins: closed forms of columns, and the matrix of members against that of the second
  * variation of one equilibrium, which other equations find and in which displacements, forces and
  * turns stand where the members have curvatures. */
+#include "fewer.h"
 #include "near.h"
 
 #include "physics/solve/solve.h"
@@ -188,7 +189,7 @@ static void bent_rods_have_the_margin_of_the_second_variation(void **state)
     for (size_t r = 0; r < sizeof robots / sizeof *robots; r++) {
         config *given = read_text(robots[r]);
         solve_members *solver = solver_of(&given->scene);
-        for (size_t i = 0; i < 3; i++) {
+        for (size_t i = 0; i < FEWER(3); i++) {
             double by[SOLVE_MARGINS * 3], p[3];
             const double margin = margin_of(solver, parameters[i], by);
             assert_near(by_variation(&given->scene, parameters[i]), margin, 2e-5);

@@ -4,6 +4,7 @@
 #include "temporary_folder.h"
 
 #include "cpinn.h"
+#include "fewer.h"
 #include "physics/chain/reduced.h"
 #include "tools/prepare/prepare.h"
 
@@ -269,10 +270,10 @@ int main(void)
         cmocka_unit_test(test_thrown),
         cmocka_unit_test(test_settled_start),
         cmocka_unit_test(test_column_start),
-        cmocka_unit_test(test_starts_from_equilibrium),
         cmocka_unit_test(test_stays_in_equilibrium),
         cmocka_unit_test(test_beam_let_go),
         cmocka_unit_test_setup_teardown(test_network, make_directory, remove_directory),
         cmocka_unit_test(test_refused)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    const struct CMUnitTest alike[] = {cmocka_unit_test(test_starts_from_equilibrium)};
+    return run_with_alike(tests, alike, NULL, NULL);
 }

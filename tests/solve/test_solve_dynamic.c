@@ -543,17 +543,15 @@ static void test_no_memory(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_order_in_space),   cmocka_unit_test(test_order_of_steps),
-        cmocka_unit_test(test_torsion_wave),     cmocka_unit_test(test_spinning_rod),
-        cmocka_unit_test(test_travelling_helix), cmocka_unit_test(test_conservation),
-        cmocka_unit_test(test_estimate),         cmocka_unit_test(test_blow),
-        cmocka_unit_test(test_refusals),         cmocka_unit_test(test_no_memory),
+        cmocka_unit_test(test_order_of_steps), cmocka_unit_test(test_torsion_wave),
+        cmocka_unit_test(test_spinning_rod),   cmocka_unit_test(test_conservation),
+        cmocka_unit_test(test_estimate),       cmocka_unit_test(test_blow),
+        cmocka_unit_test(test_refusals),       cmocka_unit_test(test_no_memory),
     };
     const struct CMUnitTest alike[] = {
-        cmocka_unit_test(test_order_in_time),
-        cmocka_unit_test(test_loaded_cantilever),
-        cmocka_unit_test(test_released_cantilever),
-        cmocka_unit_test(test_locked_strain),
+        cmocka_unit_test(test_order_in_space),      cmocka_unit_test(test_travelling_helix),
+        cmocka_unit_test(test_order_in_time),       cmocka_unit_test(test_loaded_cantilever),
+        cmocka_unit_test(test_released_cantilever), cmocka_unit_test(test_locked_strain),
     };
     return run_with_alike(tests, alike, NULL, NULL);
 }

@@ -433,15 +433,13 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_snap),       cmocka_unit_test(test_closed_branch),
-        cmocka_unit_test(test_column),     cmocka_unit_test(test_leaning_column),
         cmocka_unit_test(test_quaternion), cmocka_unit_test(test_refusals),
         cmocka_unit_test(test_no_memory),  cmocka_unit_test(test_ring),
     };
     const struct CMUnitTest alike[] = {
-        cmocka_unit_test(test_arch_paths),
-        cmocka_unit_test(test_deep_arch),
-        cmocka_unit_test(test_twist),
-        cmocka_unit_test(test_turned_ends),
+        cmocka_unit_test(test_column),     cmocka_unit_test(test_leaning_column),
+        cmocka_unit_test(test_arch_paths), cmocka_unit_test(test_deep_arch),
+        cmocka_unit_test(test_twist),      cmocka_unit_test(test_turned_ends),
     };
     return run_with_alike(tests, alike, NULL, NULL);
 }

@@ -538,12 +538,11 @@ int main(void)
         cmocka_unit_test(test_tip_moment),     cmocka_unit_test(test_heavy_cone),
         cmocka_unit_test(test_tapered_column), cmocka_unit_test(test_waves),
         cmocka_unit_test(test_shrinking),      cmocka_unit_test(test_curling),
-        cmocka_unit_test(test_jump),           cmocka_unit_test(test_slipping),
-        cmocka_unit_test(test_everything),
+        cmocka_unit_test(test_jump),
     };
     const struct CMUnitTest alike[] = {
-        cmocka_unit_test(test_turning_gravity),
-        cmocka_unit_test(test_buoyancy),
+        cmocka_unit_test(test_everything),      cmocka_unit_test(test_slipping),
+        cmocka_unit_test(test_turning_gravity), cmocka_unit_test(test_buoyancy),
         cmocka_unit_test(test_thrown),
     };
     return run_with_alike(tests, alike, NULL, NULL);

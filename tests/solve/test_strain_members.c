@@ -899,7 +899,6 @@ static void test_memory(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_against_collocation),
         cmocka_unit_test(test_same_bits),
         cmocka_unit_test(test_answers_same_bits),
         cmocka_unit_test(test_derivatives),
@@ -909,15 +908,10 @@ int main(void)
         cmocka_unit_test(test_trusted),
         cmocka_unit_test(test_forces),
         cmocka_unit_test(test_arc),
-        OF(sliding, against_collocation),
-        OF(moved, against_collocation),
         OF(moved, derivatives),
         OF(moved, predicted),
         OF(moved, same_bits),
-        OF(moved_on_springs, against_collocation),
         OF(moved_on_springs, derivatives),
-        OF(led, against_collocation),
-        OF(led, derivatives),
         OF(displaced_and_pinned, derivatives),
         OF(uniform, uniform),
         OF(uniform, derivatives),
@@ -940,6 +934,12 @@ int main(void)
         OF(displaced, memory),
     };
     const struct CMUnitTest alike[] = {
+        OF(led, against_collocation),
+        OF(led, derivatives),
+        OF(moved_on_springs, against_collocation),
+        OF(sliding, against_collocation),
+        OF(moved, against_collocation),
+        cmocka_unit_test(test_against_collocation),
         cmocka_unit_test(test_imperfect),
         OF(supported, derivatives),
         OF(pinned, derivatives),

@@ -309,10 +309,11 @@ static void test_tape(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_pendulum),    cmocka_unit_test(test_snap),
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_helical),
+                                       cmocka_unit_test(test_follower),
+                                       cmocka_unit_test(test_tape)};
+    const struct CMUnitTest alike[] = {
         cmocka_unit_test(test_bifurcation), cmocka_unit_test(test_bifurcation_load),
-        cmocka_unit_test(test_helical),     cmocka_unit_test(test_follower),
-        cmocka_unit_test(test_tape)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
+        cmocka_unit_test(test_snap), cmocka_unit_test(test_pendulum)};
+    return run_with_alike(tests, alike, NULL, NULL);
 }

@@ -5,6 +5,7 @@
 
 #include "autodiff/dense.h"
 #include "cpinn.h"
+#include "fewer.h"
 #include "tools/prepare/prepare.h"
 #include "tools/train/train_law.h"
 
@@ -416,10 +417,11 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_potential),    cmocka_unit_test(test_symmetry),
-        cmocka_unit_test(test_convexity),    cmocka_unit_test(test_learning),
-        cmocka_unit_test(test_file),         cmocka_unit_test(test_at_rest),
-        cmocka_unit_test(test_rolled),       cmocka_unit_test(test_network),
+        cmocka_unit_test(test_convexity),    cmocka_unit_test(test_file),
+        cmocka_unit_test(test_at_rest),      cmocka_unit_test(test_rolled),
         cmocka_unit_test(test_outside_data), cmocka_unit_test(test_in_motion),
         cmocka_unit_test(test_resumed)};
-    return cmocka_run_group_tests_name("law", tests, make_directory, remove_directory);
+    const struct CMUnitTest alike[] = {cmocka_unit_test(test_network),
+                                       cmocka_unit_test(test_learning)};
+    return run_with_alike(tests, alike, make_directory, remove_directory);
 }

@@ -461,17 +461,15 @@ static void test_rows_between(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_resume_windows), cmocka_unit_test(test_resume_finished),
-        cmocka_unit_test(test_history),        cmocka_unit_test(test_rows_between),
-        cmocka_unit_test(test_endings),        cmocka_unit_test(test_best_goes_on),
-        cmocka_unit_test(test_not_finite),     cmocka_unit_test(test_steps_allocate_nothing),
+        cmocka_unit_test(test_resume_finished),        cmocka_unit_test(test_history),
+        cmocka_unit_test(test_rows_between),           cmocka_unit_test(test_endings),
+        cmocka_unit_test(test_best_goes_on),           cmocka_unit_test(test_not_finite),
+        cmocka_unit_test(test_steps_allocate_nothing),
     };
     const struct CMUnitTest alike[] = {
-        cmocka_unit_test(test_resume_static),
-        cmocka_unit_test(test_resume_moving),
-        cmocka_unit_test(test_resume_balanced),
-        cmocka_unit_test(test_weights_in_history),
-        cmocka_unit_test(test_history_of_failed_search),
+        cmocka_unit_test(test_resume_windows),     cmocka_unit_test(test_resume_static),
+        cmocka_unit_test(test_resume_moving),      cmocka_unit_test(test_resume_balanced),
+        cmocka_unit_test(test_weights_in_history), cmocka_unit_test(test_history_of_failed_search),
     };
     return run_with_alike(tests, alike, make_folder, remove_folder);
 }
