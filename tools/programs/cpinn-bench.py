@@ -73,15 +73,12 @@ ROUNDING = 1e-14
 MEASURES = {"position": ("relative L2 error of position", "error", "position_relative_l2"),
             "tip": ("tip error / length", "tip_error", "tip_over_length"),
             "rotation": ("rotation error, rad", "rotation_error", "rotation_rms_rad")}
-# Okabe & Ito's palette, which colour-blind readers can tell apart, without its yellow, which is
-# too pale for a line: https://jfly.uni-koeln.de/color/.
-COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000"]
-# Curves of others are grey; their points tell them apart.
-GREYS = ["#333333", "#777777", "#999999"]
-POINTS = [5, 7, 9, 11, 13, 4, 6, 8, 10, 12]
-DASHES = ["solid", "(8,4)", "(2,3)", "(8,3,2,3)", "(16,4)"]
 
 @RUNS@
+
+@BENCH_STATISTICS@
+
+@BENCH_PICTURE@
 
 # ---- methods and networks ------------------------------------------------------------------------
 
@@ -403,111 +400,6 @@ def do_all(asked, cells):
     return total
 
 
-# ---- statistics ----------------------------------------------------------------------------------
-
-def spread(values):
-    """Median, smallest, largest."""
-    if not values:
-        return (math.nan,) * 3
-    values = sorted(values)
-    low, high = values[(len(values) - 1) // 2], values[len(values) // 2]
-    return low if low == high else low + (high - low) / 2, values[0], values[-1]
-
-
-def best(run_, kind, seconds):
-    return min((row[kind] for row in run_["rows"]
-                if row["seconds"] <= seconds and not math.isnan(row[kind])), default=math.inf)
-
-
-def reached(run_, kind, limit):
-    return next((row["seconds"] for row in run_["rows"] if row[kind] <= limit), math.inf)
-
-
-def last_error(run_, kind):
-    """The error that a run leaves behind."""
-    error = run_["rows"][-1][kind] if run_["rows"] and not failed(run_) else math.inf
-    return math.inf if math.isnan(error) else error
-
-
-def rate(run_):
-    """Steps a second after the first row, which is made once equations are recorded and compiled."""
-    rows = run_["rows"]
-    if not run_["steps"] or len(rows) < 2 or rows[-1]["seconds"] <= rows[0]["seconds"]:
-        return []
-    return [(rows[-1]["step"] - rows[0]["step"]) / (rows[-1]["seconds"] - rows[0]["seconds"])]
-
-
-def summarize(cell, kind):
-    runs = cell.runs
-    error = spread([last_error(r, kind) for r in runs])
-    return {"parameters": cell.parameters, "seeds": len(runs),
-            "failed": sum(map(failed, runs)),
-            "seconds": spread([r["seconds"] for r in runs])[0],
-            "steps_per_second": spread([x for r in runs for x in rate(r)])[0],
-            "error_median": error[0], "error_low": error[1], "error_high": error[2]} | {
-                f"seconds_to_{limit:.0e}".replace("e-0", "e-"):
-                spread([reached(r, kind, limit) for r in runs])[0] for limit in LIMITS} | {
-                    "warnings": sum(r["outcome"] == "warning" for r in runs)}
-
-
-def band(cell, cells, kind):
-    """[(seconds, median, smallest, largest)]: the best errors so far, on a grid of the scene."""
-    def ends(of):
-        rows = [r["rows"] for c in of for r in c.runs if r["rows"]]
-        return min((r[0]["seconds"] for r in rows), default=math.inf), max(
-            (r[-1]["seconds"] for r in rows), default=-math.inf)
-    begin, end = ends([cell])
-    first, last = ends([c for c in cells if c.scene == cell.scene])
-    if begin > end:
-        return []
-    grid = [first * (last / first) ** (i / (GRID - 1)) for i in range(GRID)]
-    rows = [(t, *spread([best(r, kind, t) for r in cell.runs]))
-            for t in [t for t in grid if begin <= t < end] + [end]]
-    return [row for row in rows if math.isfinite(row[1])]
-
-
-# ---- curves of others ----------------------------------------------------------------------------
-
-def read_curves(curves, text):
-    """Adds {name: [(seconds, error)]} of --curve."""
-    given, equals, path = text.rpartition("=")
-    if not path or (equals and not given):
-        fail(f"--curve {text}: allowed: FILE.csv or NAME=FILE.csv")
-    fresh = {}
-    try:
-        with open(path, newline="") as file:
-            lines = [(i, line.strip()) for i, line in enumerate(file, 1)]
-    except (OSError, UnicodeDecodeError) as error:
-        fail(f"{path}: {getattr(error, 'strerror', None) or 'this is no text'}")
-    lines = [(i, line) for i, line in lines if line and not line.startswith("#")]
-    names = [name.strip() for name in lines[0][1].split(",")] if lines else []
-    for name in "seconds", "error":
-        if name not in names:
-            fail(f"{path}: column '{name}' is missing; a curve has columns seconds, error, and name "
-                 "if there are several")
-    if given and "name" in names:
-        fail(f"--curve: {path} names its curves in a column; allowed: --curve {path}")
-    if len(lines) < 2:
-        fail(f"{path}: there are no rows; at least one is needed")
-    for i, line in lines[1:]:
-        row = dict(zip(names, (field.strip() for field in line.split(","))))
-        point = []
-        for name in "seconds", "error":
-            try:
-                point.append(float(row.get(name, "")))
-            except ValueError:
-                fail(f"{path}:{i}: {name}: '{row.get(name, '')}': the field is not a number")
-            if not 0 < point[-1] < math.inf:
-                fail(f"{path}:{i}: {name} is {point[-1]:g}; allowed: > 0 and finite, since both axes "
-                     "are logarithmic")
-        name = row.get("name", safe(given or os.path.splitext(os.path.basename(path))[0]))
-        fresh.setdefault(name, []).append(tuple(point))
-    for name in fresh:
-        if name in curves:
-            fail(f"--curve: two curves are called {name}")
-    curves.update(fresh)
-
-
 # ---- what is written -----------------------------------------------------------------------------
 
 def print_tables(cells, asked):
@@ -576,90 +468,6 @@ def about(asked, methods, done, total):
              f"limit: {asked.seconds:g} s for each run", f"error: {MEASURES[asked.error][0]}",
              f"runs: {done} of {total}"]
     return f"{PROGRAM} {VERSION}\n\n" + "\n".join(lines) + "\n"
-
-
-# ---- the picture ---------------------------------------------------------------------------------
-
-def quoted(text):
-    return "'" + re.sub(r"[\x00-\x1f]", " ", text).replace("'", "''") + "'"
-
-
-def script(cells, cells_of_all, curves, asked):
-    """Error over time of one scene, for gnuplot."""
-    kind, name, seeds = asked.error, cells[0].scene, max(len(c.runs) for c in cells)
-    uneven = len({len(c.runs) for c in cells_of_all}) > 1
-    threads = asked.threads or os.cpu_count()
-    note = (f"median of {'up to ' * uneven}{seeds} seeds, shaded from the best to the worst"
-            if seeds > 1 else "one seed") + f"; {threads} thread{'s' * (threads != 1)}"
-    label = "rotation error (rad)" if kind == "rotation" else MEASURES[kind][0]
-    methods = list(dict.fromkeys(c.method for c in cells))
-    networks = list(dict.fromkeys(c.network for c in cells))
-    bands = [(i, c, rows) for i, c in enumerate(cells) if (rows := band(c, cells_of_all, kind))]
-    top = max((x for *_, rows in bands for row in rows for x in row[1:] if math.isfinite(x)),
-              default=0)  # spreads without an upper end are drawn up to here
-    data, shades, lines = [], [], []
-    for i, cell, rows in bands:
-        data += [f"$band{i} << END", *("%.6g %.6g %.6g %.6g" % (
-            *row[:3], row[3] if math.isfinite(row[3]) else top) for row in rows), "END"]
-        first = methods.index(cell.method) if len(methods) > 1 else networks.index(cell.network)
-        colour = COLOURS[first % len(COLOURS)]
-        dash = DASHES[networks.index(cell.network) % len(DASHES) if len(methods) > 1 else 0]
-        many = len(networks) > 1 and cell.method != "solver"
-        title = ", ".join([cell.method] * (len(methods) > 1 or len(networks) == 1) +
-                          [cell.network] * many)
-        shades.append(f"$band{i} using 1:3:4 with filledcurves fc rgb '{colour}' notitle")
-        lines.append(f"$band{i} using 1:2 with {'lines' if len(rows) > 1 else 'points pt 7'} lw 2.2 "
-                     f"dt {dash} lc rgb '{colour}' title {quoted(title)}")  # not veiled by shades
-    for i, (title, rows) in enumerate(curves.items()):
-        data += [f"$curve{i} << END", *("%.9g %.9g" % row for row in rows), "END"]
-        lines.append(f"$curve{i} using 1:2 with linespoints lw 1.4 dt (6,4) pt "
-                     f"{POINTS[i % len(POINTS)]} ps 0.9 lc rgb '{GREYS[i % len(GREYS)]}' title "
-                     f"{quoted(title)}")
-    plot = ", \\\n     ".join(shades + lines)
-    return "\n".join(data) + f"""
-set title {quoted(name)} noenhanced font ',15' offset 0,1
-set label 1 {quoted(note)} at graph 0.5,1 center offset 0,0.8 noenhanced font ',10' tc rgb '#555555'
-set tmargin 4.5
-set key outside right top Left reverse noenhanced samplen 2.6 spacing 1.35
-set style fill transparent solid 0.16 noborder
-
-plot {plot}
-""", f"""# Error against training time, by cpinn-bench.
-# $band: seconds, median, smallest and largest over seeds; $curve: seconds, error.
-# In this folder: gnuplot {name}.gp
-
-set terminal svg size 860,520 dynamic font 'Helvetica,13' background rgb 'white'
-set output {quoted(name + ".svg")}
-set encoding utf8
-set logscale xy
-set format x '%h'
-set format y '10^{{%T}}'
-set xlabel 'run time (s)'
-set ylabel {quoted(label)}
-set border 3 lw 1 lc rgb '#444444'
-set tics nomirror out scale 0.7
-set grid xtics ytics lt 1 lw 0.6 lc rgb '#DDDDDD'
-
-""", f"""
-set terminal pngcairo size 1720,1040 fontscale 1.9 linewidth 1.9 pointscale 1.8
-set output {quoted(name + ".png")}
-replot
-unset output
-"""
-
-
-def draw(folder, name):
-    """Without gnuplot there is no picture, which is a remark and no failure; None: drawn."""
-    by_hand = f"(cd {shlex.quote(folder)} && gnuplot {name}.gp)"
-    try:
-        done = subprocess.run(["gnuplot", f"./{name}.gp"], cwd=folder, stdin=subprocess.DEVNULL,
-                              stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
-                              errors="replace", check=False)
-    except FileNotFoundError:
-        return f"no picture, gnuplot is not installed; once it is: {by_hand}"
-    lines = [line for line in done.stderr.splitlines() if line] or ["it says nothing"]
-    line = next((line[line.index(" line ") + 1:] for line in lines if " line " in line), lines[0])
-    return done.returncode and f"no picture, gnuplot failed: {line}; to see: {by_hand}" or None
 
 
 # ---- all of it -----------------------------------------------------------------------------------

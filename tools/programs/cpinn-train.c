@@ -11,6 +11,7 @@
 #include "tools/programs/progress.h"
 #include "tools/programs/scene_line.h"
 #include "tools/programs/signals.h"
+#include "tools/programs/train_ranks.h"
 #include "tools/programs/train_surrogate.h"
 #include "tools/programs/unknowns.h"
 #include "tools/train/clock.h"
@@ -466,47 +467,16 @@ static ad_status go(training *t, config *settings, ad_error *error)
     return status == AD_OK ? train(t, error) : status;
 }
 
-static void name_file(FILE *to, const char *path)
-{
-    if (path) {
-        ranks_name_file(to, path);
-        fputc('\n', to);
-    }
-}
-
-/* What is computed: the scene with all that its files said, files that are read later, and the
- * checkpoint that is gone on from. */
-static void describe(FILE *to, const options *o, const config *settings)
-{
-    const train_settings *training = &settings->settings;
-    run_folder folder;
-    config_write(settings, to, false);
-    for (int i = 0; i < training->data_count; i++) {
-        name_file(to, training->data[i].file);
-    }
-    name_file(to, training->members_file);
-    name_file(to, training->reference_file);
-    if (o->resume && name_folder(o, training->name, &folder, NULL) == AD_OK) {
-        name_file(to, folder.checkpoint);
-    }
-}
-
 /* Ranks with other scenes would train a mixture of them. */
 static ad_status compare_ranks(const options *o, const config *settings, ad_status status,
                                ad_error *error)
 {
-    char *text = NULL;
-    size_t size = 0;
-    FILE *file = o->ranks && status == AD_OK ? open_memstream(&text, &size) : NULL;
-    if (file) {
-        describe(file, o, settings);
+    run_folder folder = {.checkpoint = ""};
+    if (settings && o->resume) {
+        name_folder(o, settings->settings.name, &folder, NULL);
     }
-    if (o->ranks && status == AD_OK && (!file || fclose(file) != 0)) {
-        status = ad_fail(error, AD_NO_MEMORY, "out of memory for what ranks compare");
-    }
-    status = ranks_compare(o->ranks, status, text, error);
-    free(text);
-    return status;
+    return train_ranks_compare(o->ranks, settings, *folder.checkpoint ? folder.checkpoint : NULL,
+                               status, error);
 }
 
 static int run(const options *o)

@@ -13,7 +13,7 @@
     shapes, answers = family.evaluate(at={"tension": [0.5, 1.2]}, s=[0.1, 0.2])
     slopes = family.jacobian(at={"tension": 1.2}, s=0.2).jacobian    # m/N and so on
     arm = cpinn.one_step("runs/arm")                      # states a step later, thousands at once
-    cpinn.envs.VectorArm("runs/arm", num_envs=1024)       # for gymnasium; import cpinn.envs
+    cpinn.envs.RodVectorEnv("runs/arm", num_envs=1024)    # for gymnasium; import cpinn.envs
     found = cpinn.fit(equations, tolerance=1e-6)          # of your own: cpinn.Equations
 
 Names of columns are those of the C library, physics/learn/evaluator.h: columns of the scene's model ("x",
