@@ -242,6 +242,8 @@ static ad_status allocate(modes *m, ad_error *error)
     m->feed.trial = rows(4 * (size_t)m->size, sizeof(double), &failed);
     m->feed.q = rows((size_t)m->size, sizeof(double), &failed);
     m->actuators = rows(points * (size_t)m->rod->actuators, sizeof *m->actuators, &failed);
+    m->guides = rows(points * (size_t)m->rod->actuators, sizeof *m->guides, &failed);
+    m->longer = rows((size_t)m->rod->actuators * width, sizeof(double), &failed);
     m->pull_by = rows(points, sizeof *m->pull_by, &failed);
     m->inputs_at = rows(points * (size_t)m->inputs, sizeof(double), &failed);
     m->input = rows((size_t)m->inputs, sizeof(double), &failed);
@@ -358,15 +360,16 @@ void modes_free(modes *m)
 {
     if (m) {
         void *const owned[] = {
-            m->center,     m->input_step, m->input, m->inputs_at, m->mode,    m->element,
-            m->point,      m->value,      m->s,     m->jump_at,   m->turn_at, m->along,
-            m->actuators,  m->pull_by,    m->theta, m->rho,       m->mass,    m->room,
-            m->feed.slope, m->feed.trial, m->feed.q};
+            m->center,     m->input_step, m->input,  m->inputs_at, m->mode,    m->element,
+            m->point,      m->value,      m->s,      m->jump_at,   m->turn_at, m->along,
+            m->actuators,  m->pull_by,    m->theta,  m->rho,       m->mass,    m->room,
+            m->feed.slope, m->feed.trial, m->feed.q, m->longer,    m->guides};
         for (size_t i = 0; i < sizeof owned / sizeof *owned; i++) {
             free(owned[i]);
         }
         for (int i = 0; i < SOLVE_PARTS; i++) {
             free(m->affine[i].base);
+            free(m->affine[i].of);
         }
         free(m);
     }

@@ -23,8 +23,9 @@ static ad_status part(modes *m, solve_part which, size_t n, const double *s, dou
     memcpy(out, sum->base, sum->count * sizeof *out);
     for (int k = 0; k < m->inputs; k++) {
         const double by = m->input[k] - m->center[k], *slope = sum->slope + (size_t)k * sum->count;
-        for (size_t i = 0; i < sum->count; i++) {
-            out[i] += by * slope[i];
+        const size_t *of = sum->of + (size_t)k * sum->count;
+        for (size_t i = 0; i < sum->changes[k]; i++) {
+            out[of[i]] += by * slope[of[i]];
         }
     }
     return AD_OK;
@@ -135,6 +136,20 @@ static ad_status give_start(modes *m, ad_error *error)
     return status;
 }
 
+/* Whether tendons run elsewhere in the sections than before. */
+static bool guides_moved(modes *m)
+{
+    enum { GUIDE = sizeof m->guides[0] };
+    bool moved = false;
+    for (int i = 0; i < m->points * m->rod->actuators; i++) {
+        const solve_actuator *at = &m->actuators[i];
+        const double guide[] = {at->offset[0], at->offset[1], at->slope[0], at->slope[1]};
+        moved = moved || memcmp(m->guides[i], guide, GUIDE) != 0;
+        memcpy(m->guides[i], guide, GUIDE);
+    }
+    return moved;
+}
+
 ad_status modes_at(modes *m, double t, const double *inputs, ad_error *error)
 {
     double given[SCENE_PARAMETERS_MAX];
@@ -198,6 +213,12 @@ ad_status modes_give(modes *m, double t, const double *inputs, ad_error *error)
     if (status == AD_OK && due[SOLVE_ACTUATORS] && m->is_pulled) {
         status = part(m, SOLVE_ACTUATORS, (size_t)m->points, m->s, (double *)m->actuators, error);
     }
+    if (status == AD_OK && m->rod->lengths > 0) {
+        const bool moved = due[SOLVE_ACTUATORS] && guides_moved(m);
+        if (moved || due[SOLVE_REST]) {
+            modes_unstressed_lengths(m);
+        }
+    }
     m->has_given = status == AD_OK;
     return status;
 }
@@ -224,8 +245,10 @@ static ad_status find_affine(modes *m, solve_part which, size_t n, const double 
     double at[SCENE_PARAMETERS_MAX];
     double *room = malloc((n * inputs + count + 1) * sizeof *room), *now = room + n * inputs;
     double *base = malloc((1 + inputs) * count * sizeof *base);
-    ad_status status = room && base ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
-    *to = (struct modes_affine){count, base, base ? base + count : NULL};
+    size_t *of = calloc(inputs * count + inputs, sizeof *of);
+    ad_status status = room && base && of ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
+    *to = (struct modes_affine){count, base, base ? base + count : NULL, of,
+                                of ? of + inputs * count : NULL};
     *met = true;
     memcpy(at, m->center, inputs * sizeof *at);
     status = status == AD_OK ? part_at(m, which, n, s, at, room, base, error) : status;
@@ -234,6 +257,9 @@ static ad_status find_affine(modes *m, solve_part which, size_t n, const double 
         status = part_at(m, which, n, s, at, room, now, error);
         for (size_t i = 0; i < count && status == AD_OK; i++) {
             to->slope[k * count + i] = (now[i] - base[i]) / (high[k] - m->center[k]);
+            if (to->slope[k * count + i] != 0) {
+                of[k * count + to->changes[k]++] = i;
+            }
         }
         at[k] = m->center[k];
     }
@@ -255,6 +281,7 @@ static ad_status find_affine(modes *m, solve_part which, size_t n, const double 
     free(room);
     if (status != AD_OK || !*met) {
         free(base);
+        free(of);
         *to = (struct modes_affine){0};
     }
     return status;

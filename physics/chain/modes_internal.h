@@ -112,6 +112,7 @@ struct modes {
     struct modes_affine {      /* values [count]: base + sum_k slope_k (input_k - center_k) */
         size_t count;
         double *base, *slope; /* [count], [inputs][count]; NULL: not known to be of this form */
+        size_t *of, *changes; /* [inputs][count] which values an input changes; [inputs] how many */
     } affine[SOLVE_PARTS];
     double *center; /* [inputs] */
     bool has_given, is_pulled, is_locked;
@@ -132,6 +133,12 @@ struct modes {
     solve_actuator *actuators;        /* [points][actuators] */
     double (*pull_by)[LAW_STIFFNESS]; /* [points] derivatives of pull and law by the strain
                                        * (law_entry), where they were asked for */
+    double (*guides)[4]; /* [points][actuators] offset and slope for which lengths were taken */
+    double unstressed[SOLVE_ACTUATORS_MAX]; /* lengths of tendons that are given theirs, at rest */
+    double tension[SOLVE_ACTUATORS_MAX];    /* of tendons whose length is given, 0 of others; */
+    double tight[SOLVE_ACTUATORS_MAX];      /* what that grows by with the length, 0 where slack, */
+    double *longer;                         /* [actuators][width] and the length with each mode, */
+                                            /* where derivatives were asked for */
     double base[2][3]; /* force and moment by which the rod is held at s = 0, world */
 
     /* rows [width] of matrices, of a change of each mode */
@@ -161,6 +168,9 @@ void modes_shape(modes *m, const double *q, const double *v, const double *a);
 /* Of that shape: forces, and the residual [size] of the equations of motion,
  * M a + ... - loads. derive: pull_by, too. */
 void modes_forces(modes *m, bool derive, double *residual);
+
+/* Takes the lengths of tendons that are given theirs in the unstressed rod. */
+void modes_unstressed_lengths(modes *m);
 
 /* Of that shape: theta, rho and the mass matrix [size rows of width], which is symmetric. */
 void modes_mass(modes *m);

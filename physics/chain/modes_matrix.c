@@ -554,6 +554,14 @@ FOR_EACH_PROCESSOR static void find_derivatives(modes *m, double *by_q, double *
         add_beyond(m, 6 * width, here + 6 * width, MODES_ROWS * width, beyond + 6 * width);
         collect_rows(m, e, forces, moments, sections, by_q, by_v);
     }
+    for (int i = 0; i < m->rod->actuators; i++) { /* longer tendons pull more */
+        const double *longer = m->longer + i * width;
+        for (int b = 0; b < m->size && m->tight[i] > 0; b++) {
+            for (int a = 0; a < m->size; a++) {
+                by_q[b * width + a] += m->tight[i] * longer[b] * longer[a];
+            }
+        }
+    }
 }
 
 void modes_derivatives(modes *m, double *by_q, double *by_v)

@@ -169,40 +169,119 @@ void modes_shape(modes *m, const double *q, const double *v, const double *a)
 
 /* ---- stress -------------------------------------------------------------------------------- */
 
+/* An actuator at LANES points of an element from `first` on, and what it pulls with there: `pull`,
+ * of each metre where it is for weights; 0 beyond its ends. */
+PROCESSOR_INLINE strain_actuator actuator_lanes(const modes *m, int e, int first, int k,
+                                                bool weighs)
+{
+    const int n = m->stages, count = m->rod->actuators;
+    const solve_extent *extent = &m->rod->extents[k];
+    strain_actuator here = {{NO_LANES}};
+    for (int lane = 0; lane < LANES; lane++) {
+        const int p = e * (n + 1) + (first + lane < n ? first + lane : n - 1);
+        const solve_actuator *a = &m->actuators[p * count + k];
+        const modes_point *at = &m->point[p];
+        const double pull = !weighs ? a->pull + m->tension[k] : first + lane < n ? at->weight : 0;
+        for (int c = 0; c < 2; c++) {
+            here.given[ACTUATOR_OFFSET + c][lane] = a->offset[c];
+            here.given[ACTUATOR_SLOPE + c][lane] = a->slope[c];
+        }
+        here.given[ACTUATOR_PULL][lane] = extent->start <= at->s && at->s <= extent->end ? pull : 0;
+    }
+    return here;
+}
+
+PROCESSOR_INLINE void strain_lanes(const modes *m, int e, int first, bool unstressed,
+                                   lanes strain[MODES_STRAINS])
+{
+    for (int lane = 0; lane < LANES; lane++) {
+        const int i = first + lane < m->stages ? first + lane : m->stages - 1;
+        const modes_point *at = &m->point[e * (m->stages + 1) + i];
+        for (int c = 0; c < MODES_STRAINS; c++) {
+            strain[c][lane] = unstressed ? at->rest[c] : at->strain[c];
+        }
+    }
+}
+
+/* What the length of a tendon changes by with the modes of an element: by the strains, times
+ * weights. */
+static void lengthen(modes *m, int e, int first, int k, const lanes by[MODES_STRAINS])
+{
+    const modes_element *element = &m->element[e];
+    for (int lane = 0; lane < LANES && first + lane < m->stages; lane++) {
+        const double *value = m->value + (e * (m->stages + 1) + first + lane) * m->width;
+        for (int a = element->own; a < element->end; a++) {
+            m->longer[k * m->width + a] += value[a] * by[m->mode[a].strain][lane];
+        }
+    }
+}
+
+FOR_EACH_PROCESSOR static void find_lengths(modes *m, bool unstressed, bool derive, double *length)
+{
+    memset(length, 0, (size_t)m->rod->actuators * sizeof *length);
+    memset(m->longer, 0, (size_t)(derive ? m->rod->actuators * m->width : 0) * sizeof *m->longer);
+    for (int e = m->hinges; e < m->elements; e++) {
+        for (int first = 0; first < m->stages; first += LANES) {
+            lanes strain[MODES_STRAINS] = {NO_LANES};
+            strain_lanes(m, e, first, unstressed, strain);
+            for (int k = 0; k < m->rod->actuators; k++) {
+                if (!m->rod->extents[k].has_length) {
+                    continue;
+                }
+                const strain_actuator here = actuator_lanes(m, e, first, k, true);
+                lanes sum = {0}, by[MODES_STRAINS] = {NO_LANES};
+                lanes_law_tendon_energy(strain, strain + MODES_U, here.given, &sum);
+                for (int lane = 0; lane < LANES; lane++) {
+                    length[k] += sum[lane];
+                }
+                if (derive) {
+                    lanes_law_tendon_wrench(strain, strain + MODES_U, here.given, by);
+                    lengthen(m, e, first, k, by);
+                }
+            }
+        }
+    }
+}
+
+void modes_unstressed_lengths(modes *m)
+{
+    find_lengths(m, true, false, m->unstressed);
+}
+
+/* Tensions of tendons whose length is given, by how much longer they are; none pushes. */
+static void find_tensions(modes *m, bool derive)
+{
+    double length[SOLVE_ACTUATORS_MAX];
+    find_lengths(m, false, derive, length);
+    for (int i = 0; i < m->rod->actuators; i++) {
+        if (m->rod->extents[i].has_length) {
+            const double by = 1 / m->actuators[i].compliance;
+            const double over = length[i] - m->unstressed[i] + m->actuators[i].displacement;
+            m->tension[i] = over > 0 ? by * over : 0;
+            m->tight[i] = over > 0 ? by : 0;
+        }
+    }
+}
+
 /* Points of an element side by side, LANES at a time. */
 FOR_EACH_PROCESSOR static void pull_points(modes *m, int e, bool derive)
 {
-    const int n = m->stages, count = m->rod->actuators;
+    const int n = m->stages;
     modes_point *at = m->point + e * (n + 1);
     for (int first = 0; first < n; first += LANES) {
         lanes strain[MODES_STRAINS] = {NO_LANES};
         pulling sum;
         memset(&sum, 0, sizeof sum);
-        for (int lane = 0; lane < LANES; lane++) {
-            const int i = first + lane < n ? first + lane : n - 1;
-            for (int c = 0; c < MODES_STRAINS; c++) {
-                strain[c][lane] = at[i].strain[c];
-            }
-        }
-        for (int k = 0; k < count; k++) {
-            const solve_extent *extent = &m->rod->extents[k];
-            strain_actuator here = {{NO_LANES}};
-            for (int lane = 0; lane < LANES; lane++) {
-                const int i = first + lane < n ? first + lane : n - 1;
-                const solve_actuator *a = &m->actuators[(e * (n + 1) + i) * count + k];
-                const bool acts = extent->start <= at[i].s && at[i].s <= extent->end;
-                for (int c = 0; c < 2; c++) {
-                    here.given[ACTUATOR_OFFSET + c][lane] = a->offset[c];
-                    here.given[ACTUATOR_SLOPE + c][lane] = a->slope[c];
-                }
-                here.given[ACTUATOR_PULL][lane] = acts ? a->pull : 0;
-            }
+        strain_lanes(m, e, first, false, strain);
+        for (int k = 0; k < m->rod->actuators; k++) {
+            const strain_actuator here = actuator_lanes(m, e, first, k, false);
+            const int law = (int)m->rod->extents[k].law;
             if (derive) {
-                lanes_law_actuator((int)extent->law, strain + MODES_V, strain + MODES_U, here.given,
-                                   sum.wrench, sum.stiffness);
+                lanes_law_actuator(law, strain + MODES_V, strain + MODES_U, here.given, sum.wrench,
+                                   sum.stiffness);
             } else {
-                lanes_law_actuator_wrench((int)extent->law, strain + MODES_V, strain + MODES_U,
-                                          here.given, sum.wrench);
+                lanes_law_actuator_wrench(law, strain + MODES_V, strain + MODES_U, here.given,
+                                          sum.wrench);
             }
         }
         for (int lane = 0; lane < LANES && first + lane < n; lane++) {
@@ -362,6 +441,9 @@ void modes_forces(modes *m, bool derive, double *residual)
         add_loads(&m->point[p]);
     }
     add_acting(m);
+    if (m->rod->lengths > 0) {
+        find_tensions(m, derive);
+    }
     for (int e = m->elements - 1; e >= 0; e--) {
         stress_points(m, e, derive);
         carry(m, e, 0, beyond[0]);

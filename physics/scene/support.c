@@ -492,7 +492,7 @@ static const feature_row features[] = {
     {"a tendon that keeps its length", NULL, keeps_length,
      "yxxyy yx xxxx xx x", NULL},
     {"a tendon of given displacement", NULL, elastic,
-     "yxxyy yx yxxx yx x", NULL},
+     "yxxyy yx yxxy yy y", NULL},
     {"a tendon of given tension", "tendons.tension", NULL,
      "yyyyy yy yyyy yy y", NULL},
     {"a chamber", "chambers", NULL,

@@ -2,8 +2,9 @@
 #ifndef EVERYTHING_H
 #define EVERYTHING_H
 
-/* Segments with a joint, tendon, chamber, bodies, springs, a foundation, drag of both kinds, loads
- * dead and following, damping, a driven start; of parameters p and e, usually 200 and 1. */
+/* Segments with a joint, tendons of given tension and displacement (one is slack), chamber, bodies,
+ * springs, a foundation, drag of both kinds, loads dead and following, damping, a driven start; of
+ * parameters p and e, usually 200 and 1. */
 #define EVERYTHING(parameters, duration)                                                           \
     "parameters: {" parameters "}\n"                                                               \
     "rod:\n"                                                                                       \
@@ -17,7 +18,9 @@
     "  start: {type: driven, position: [0.1*sin(2*t)^2, 0, 0.05*t^2],\n"                           \
     "          rotation: [cos(t^2), 0.6*sin(t^2), 0, 0.8*sin(t^2)]}\n"                             \
     "  end: {type: loaded}\n"                                                                      \
-    "tendons: [{offset: [0.03*(1+s), 0.02], end: 0.6, tension: 2*(p/200)}]\n"                      \
+    "tendons: [{offset: [0.03*(1+s), 0.02], end: 0.6, tension: 2*(p/200)},\n"                      \
+    "  {offset: [-0.03, 0.02*(1+s)], displacement: 0.1*(p/200), stiffness: 20*e},\n"               \
+    "  {offset: [0.02, -0.03], end: 0.6, displacement: -0.3, stiffness: 20}]\n"                    \
     "chambers: [{offset: [-0.02, 0.03], pressure: 10*p, area: 1.0e-3}]\n"                          \
     "bodies: [{at: 1, mass: 0.2, offset: [0.05, -0.04, 0.06], inertia: [0.01, 0.02, 0.03]}, {at: " \
     "0.6, mass: 0.1}]\n"                                                                           \
