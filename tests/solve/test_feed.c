@@ -415,6 +415,10 @@ static void test_refusals(void **state)
     refuse(ROD("0.1+0.05*t", "") "springs: [{at: 0.3, stiffness: [1, 1, 1]}]\n"
                                  "time: {duration: 1}\n",
            "does not take springs yet");
+    refuse(
+        ROD("0.1+0.05*t", "") "tendons: [{offset: [0.01, 0], displacement: 0.01, stiffness: 100}]\n"
+                              "time: {duration: 1}\n",
+        "does not take tendons of given displacement yet");
 }
 
 int main(void)
