@@ -170,7 +170,8 @@ static ad_status set_modes(modes *m, const mesh *mesh, const solve_parameters *o
         return ad_fail(error, AD_NO_MEMORY, "out of memory for modes");
     }
     for (int e = 0; e < hinges; e++) {
-        m->mode[m->size++] = (modes_mode){MODES_U + HINGE_AXIS[e], 0, e, e};
+        const int axis = m->turn.mode >= 0 ? 2 : HINGE_AXIS[e];
+        m->mode[m->size++] = (modes_mode){MODES_U + axis, 0, e, e};
         m->element[e].own = e;
         m->element[e].end = m->size;
         m->element[e].width = QUAD;
@@ -290,7 +291,10 @@ static ad_status fill(modes *m, const solve_parameters *open, int finer, ad_erro
     ad_status status = find_mesh(m->rod, m->inputs, &m->counts, finer, &x, error);
     bool failed = false;
     if (status == AD_OK) {
-        m->hinges = m->rod->ends[0].holds_rotation ? 0 : HINGES;
+        status = modes_turn_find(m, open, error);
+    }
+    if (status == AD_OK) {
+        m->hinges = !m->rod->ends[0].holds_rotation ? HINGES : m->turn.mode >= 0;
         m->elements = x.elements + m->hinges;
         m->stages = x.stages;
         m->points = m->elements * (m->stages + 1);
@@ -344,7 +348,7 @@ ad_status modes_create(solve_rod *rod, const solve_parameters *open, const modes
         return ad_fail(error, AD_NO_MEMORY, "out of memory for modes");
     }
     m->rod = rod;
-    m->feed.mode = -1;
+    m->feed.mode = m->turn.mode = m->turn.input = -1;
     m->inputs = open ? open->count : 0;
     m->counts = *counts;
     status = fill(m, open, finer, error);

@@ -126,7 +126,7 @@ static ad_status give_start(modes *m, ad_error *error)
 {
     const double s = 0;
     ad_status status = part(m, SOLVE_START, 1, &s, (double *)&m->start, error);
-    if (m->hinges > 0) {
+    if (m->hinges > 0 && m->turn.mode < 0) {
         const double still[3] = {0};
         memcpy(m->start.rotation, m->upright, sizeof m->upright);
         memcpy(m->start.spin, still, sizeof still);
@@ -153,12 +153,18 @@ static bool guides_moved(modes *m)
 ad_status modes_at(modes *m, double t, const double *inputs, ad_error *error)
 {
     double given[SCENE_PARAMETERS_MAX];
-    if (m->feed.input < 0) {
+    if (m->feed.input < 0 && m->turn.input < 0) {
         return modes_give(m, t, inputs, error);
     }
     memcpy(given, inputs, (size_t)m->inputs * sizeof *inputs);
-    m->feed.command = inputs[m->feed.input];
-    given[m->feed.input] = m->feed.out;
+    if (m->feed.input >= 0) {
+        m->feed.command = inputs[m->feed.input];
+        given[m->feed.input] = m->feed.out;
+    }
+    if (m->turn.input >= 0) {
+        m->turn.command = inputs[m->turn.input];
+        given[m->turn.input] = 0;
+    }
     return modes_give(m, t, given, error);
 }
 
@@ -221,6 +227,17 @@ ad_status modes_give(modes *m, double t, const double *inputs, ad_error *error)
     }
     m->has_given = status == AD_OK;
     return status;
+}
+
+void modes_commands(const modes *m, double *inputs)
+{
+    memcpy(inputs, m->input, (size_t)m->inputs * sizeof *inputs);
+    if (m->feed.input >= 0) {
+        inputs[m->feed.input] = m->feed.command;
+    }
+    if (m->turn.input >= 0) {
+        inputs[m->turn.input] = m->turn.command;
+    }
 }
 
 /* ---- inputs -------------------------------------------------------------------------------- */
@@ -313,12 +330,9 @@ ad_status modes_by_inputs(modes *m, double t, const double *q, const double *v, 
 {
     const int n = m->size;
     double inputs[SCENE_PARAMETERS_MAX], *residual = m->room;
-    const bool moves = solve_rod_part_kind(m->rod, SOLVE_START).by_parameters;
+    const bool moves = solve_rod_part_kind(m->rod, SOLVE_START).by_parameters && m->turn.mode < 0;
     ad_status status = AD_OK;
-    memcpy(inputs, m->input, (size_t)m->inputs * sizeof *inputs);
-    if (m->feed.input >= 0) {
-        inputs[m->feed.input] = m->feed.command;
-    }
+    modes_commands(m, inputs);
     for (int k = 0; k < m->inputs && status == AD_OK; k++) {
         for (int side = 0; side < 2 && status == AD_OK; side++) {
             const double sign = side ? 1 : -1, by = 2 * m->input_step[k];

@@ -158,6 +158,13 @@ struct modes {
         double *trial;       /* [4][size] */
         double *q;           /* [size] as they are */
     } feed;
+    struct modes_turn {
+        int mode, input; /* a hinge about d3, and what it follows; -1: the base is not turned */
+        double lag;      /* turn_time */
+        double command;  /* the input as it is given */
+        double now[3];   /* the angle and its rates */
+        double moment;   /* by which the drive turns */
+    } turn;
     double *mass; /* [width] */
     double *room; /* work of modes_matrix.c */
 };
@@ -257,7 +264,27 @@ ad_status modes_fit_seen(modes *m, size_t count, const solve_seen *seen, double 
 ad_status modes_at(modes *m, double t, const double *inputs, ad_error *error);
 ad_status modes_give(modes *m, double t, const double *inputs, ad_error *error);
 
+/* inputs [inputs] as modes_at was given them. */
+void modes_commands(const modes *m, double *inputs);
+
+/* ---- a base that is turned (modes_turn.c) ---- */
+
+/* Which input turns it, of a scene that says so. AD_BAD_ARGUMENT: none, or what is not taken. */
+ad_status modes_turn_find(modes *m, const solve_parameters *open, ad_error *error);
+
+/* The angle as it is; the residual of the mode; its rows of the derivatives and the mass. */
+void modes_turn_take(modes *m, const double *q, const double *v, const double *a);
+double modes_turn_residual(const modes *m);
+void modes_turn_derivatives(modes *m, double *by_q, double *by_v);
+
 /* ---- what is fed through a port (modes_feed.c) ---- */
+
+/* Modes that drives move, which no other mode does: -1 where there is none. */
+enum { MODES_DRIVES = 2 };
+static inline int modes_driven(const modes *m, int drive)
+{
+    return drive == 0 ? m->feed.mode : m->turn.mode;
+}
 
 /* Which mode it is, and where, of a scene that says so; AD_BAD_ARGUMENT: what is not taken beside.
  */

@@ -579,4 +579,7 @@ void modes_linearise(modes *m, const double *q, const double *v, const double *a
     if (m->feed.mode >= 0) {
         modes_feed_derivatives(m, q, v, a, by_q, by_v);
     }
+    if (m->turn.mode >= 0) {
+        modes_turn_derivatives(m, by_q, by_v);
+    }
 }

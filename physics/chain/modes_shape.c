@@ -150,6 +150,9 @@ void modes_shape(modes *m, const double *q, const double *v, const double *a)
     if (m->feed.mode >= 0) {
         modes_feed_give(m, q, v, a);
     }
+    if (m->turn.mode >= 0) {
+        modes_turn_take(m, q, v, a);
+    }
     memcpy(turn, start->rotation, sizeof turn);
     rotation_matrix(turn, R);
     memcpy(edge.r, start->position, sizeof edge.r);
@@ -465,6 +468,10 @@ void modes_forces(modes *m, bool derive, double *residual)
     if (m->feed.mode >= 0) {
         residual[m->feed.mode] = modes_feed_residual(m);
     }
+    if (m->turn.mode >= 0) {
+        m->turn.moment = residual[m->turn.mode];
+        residual[m->turn.mode] = modes_turn_residual(m);
+    }
 }
 
 /* ---- energy -------------------------------------------------------------------------------- */
@@ -523,6 +530,7 @@ void modes_power_now(const modes *m, double *load, double *dissipation)
     to_world(R, m->start.spin, spin);
     *load = vector_dot(m->base[0], m->start.velocity) + vector_dot(m->base[1], spin);
     *load += m->feed.mode >= 0 ? modes_feed_power(m) : 0;
+    *load += m->turn.mode >= 0 ? m->turn.moment * m->turn.now[1] : 0;
     *dissipation = 0;
     for (int k = 0; k < jumps->count; k++) {
         if (m->jump_at[k] >= 0) {

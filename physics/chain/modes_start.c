@@ -97,15 +97,14 @@ static double point_off(const modes_point *at, const solve_initial *given, bool 
     return size;
 }
 
-/* The mode of what is fed is not sought: its column and row of a matrix [size rows of width]. */
-static void leave_feed(const modes *m, double *matrix, double *right)
+/* A mode, unless -1, is not sought: its column and row of a matrix [size rows of width]. */
+static void leave(const modes *m, int mode, double *matrix, double *right)
 {
-    const int feed = m->feed.mode;
-    for (int a = 0; a < m->size && feed >= 0; a++) {
-        matrix[a * m->width + feed] = matrix[feed * m->width + a] = a == feed;
+    for (int a = 0; a < m->size && mode >= 0; a++) {
+        matrix[a * m->width + mode] = matrix[mode * m->width + a] = a == mode;
     }
-    if (feed >= 0) {
-        right[feed] = 0;
+    if (mode >= 0) {
+        right[mode] = 0;
     }
 }
 
@@ -140,7 +139,7 @@ static double normal_equations(modes *m, const solve_initial *given, bool moving
             add_row(m, weight * (k < 3 ? 1 : MODES_TURN), row, off[k], matrix, right);
         }
     }
-    leave_feed(m, matrix, right);
+    leave(m, m->feed.mode, matrix, right); /* a base that is turned is so by its drive after all */
     return most;
 }
 
@@ -160,6 +159,9 @@ static bool fit_rates(modes *m, const solve_initial *given, const double *q, dou
     }
     if (m->feed.mode >= 0) { /* it slides along its shape */
         v[m->feed.mode] = m->feed.input < 0 ? m->feed.wanted[1] : 0;
+    }
+    if (m->turn.mode >= 0) {
+        v[m->turn.mode] = 0;
     }
     return done;
 }
@@ -257,10 +259,8 @@ ad_status modes_initial(modes *m, double *q, double *v, ad_error *error)
         given && s ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a start");
     double inputs[SCENE_PARAMETERS_MAX];
     if (status == AD_OK) {
-        memcpy(inputs, m->input, (size_t)m->inputs * sizeof *inputs);
-        if (m->feed.input >= 0) {
-            inputs[m->feed.input] = m->feed.out = m->feed.command;
-        }
+        m->feed.out = m->feed.input >= 0 ? m->feed.command : m->feed.out;
+        modes_commands(m, inputs);
         status = modes_at(m, 0, inputs, error);
     }
     for (int side = 0; side < 3 && status == AD_OK; side++) { /* there, before, behind */
@@ -277,6 +277,9 @@ ad_status modes_initial(modes *m, double *q, double *v, ad_error *error)
         begin_feed(m, q, v);
         modes_project(m, (const double(*)[MODES_STRAINS])strains, q);
         status = fit(m, given, q, v, error);
+        if (m->turn.mode >= 0) {
+            q[m->turn.mode] = m->turn.command;
+        }
     }
     free(given);
     free(s);
@@ -332,7 +335,9 @@ static bool is_stable(const modes *m, const modes_linear *linear)
             linear->factor[at] = 0.5 * (linear->by_q[at] + linear->by_q[j * m->width + i]);
         }
     }
-    leave_feed(m, linear->factor, linear->residual);
+    for (int drive = 0; drive < MODES_DRIVES; drive++) {
+        leave(m, modes_driven(m, drive), linear->factor, linear->residual);
+    }
     return solve_positive(m, linear->factor, linear->residual);
 }
 
@@ -372,13 +377,17 @@ ad_status modes_initial_settled(modes *m, const double *settled_at, const double
 
 bool modes_accelerations(modes *m, const double *q, const double *v, double *a)
 {
-    const int feed = m->feed.mode;
-    double *given = m->feed.trial, driven = 0; /* an acceleration that does not depend on others */
+    const bool drives = m->feed.mode >= 0 || m->turn.mode >= 0;
+    double *given = m->feed.trial, driven[MODES_DRIVES] = {0}; /* accelerations, by no other one */
     modes_shape(m, q, v, NULL);
-    if (feed >= 0) {
-        driven = -modes_feed_residual(m);
-        memset(given, 0, (size_t)m->size * sizeof *given);
-        given[feed] = driven;
+    memset(given, 0, drives ? (size_t)m->size * sizeof *given : 0);
+    for (int drive = 0; drive < MODES_DRIVES; drive++) {
+        if (modes_driven(m, drive) >= 0) {
+            driven[drive] = drive == 0 ? -modes_feed_residual(m) : -modes_turn_residual(m);
+            given[modes_driven(m, drive)] = driven[drive];
+        }
+    }
+    if (drives) {
         modes_shape(m, q, v, given);
     }
     modes_forces(m, false, a);
@@ -386,10 +395,14 @@ bool modes_accelerations(modes *m, const double *q, const double *v, double *a)
     for (int k = 0; k < m->size; k++) {
         a[k] = -a[k];
     }
-    leave_feed(m, m->mass, a);
+    for (int drive = 0; drive < MODES_DRIVES; drive++) {
+        leave(m, modes_driven(m, drive), m->mass, a);
+    }
     const bool done = solve_positive(m, m->mass, a);
-    if (feed >= 0) {
-        a[feed] = driven;
+    for (int drive = 0; drive < MODES_DRIVES; drive++) {
+        if (modes_driven(m, drive) >= 0) {
+            a[modes_driven(m, drive)] = driven[drive];
+        }
     }
     return done;
 }

@@ -3,6 +3,7 @@
 #include "autodiff/dense.h"
 #include "physics/chain/modes_internal.h"
 #include "physics/chain/modes_step.h"
+#include "physics/scene/scene_field.h"
 #include "physics/scene/scene_memory.h"
 #include "physics/scene/support.h"
 
@@ -64,6 +65,27 @@ static ad_status check_lengths(const scene *open, ad_error *error)
     return AD_OK;
 }
 
+/* What turns the base is a mode, and formulas have 0 in its place. */
+static ad_status check_turn(const scene *open, ad_error *error)
+{
+    for (int k = 0; k < open->parameter_count && open->start.turn_time.is_given; k++) {
+        const char *name = open->parameters[k].name;
+        for (int i = 0;
+             i < scene_field_count && quantity_any_depends_on(4, open->start.rotation, name); i++) {
+            const quantity *of = scene_field_of(open, &scene_fields[i]);
+            if (of != open->start.rotation &&
+                quantity_any_depends_on(scene_fields[i].count, of, name)) {
+                return ad_fail(
+                    error, AD_BAD_ARGUMENT,
+                    "%s depends on %s, which turns the base by boundary.start.turn_time; "
+                    "allowed: in boundary.start.rotation alone",
+                    scene_fields[i].key, name);
+            }
+        }
+    }
+    return AD_OK;
+}
+
 static ad_status create_model(reduced_rod *rod, const reduced_settings *settings, ad_error *error)
 {
     const scene *open = &rod->open;
@@ -80,6 +102,7 @@ static ad_status create_model(reduced_rod *rod, const reduced_settings *settings
         high[k] = open->parameters[k].high;
     }
     ad_status status = check_lengths(open, error);
+    status = status == AD_OK ? check_turn(open, error) : status;
     if (status != AD_OK) {
         return status;
     }
@@ -292,9 +315,11 @@ static ad_status differentiate(reduced_rod *rod, double t, bool by_inputs, ad_er
     ad_status status = AD_OK;
     memcpy(rod->mass, m->mass, (size_t)(n * width) * sizeof *rod->mass); /* its factor */
     modes_linearise(m, rod->q, rod->v, rod->a, rod->residual, rod->by_q, rod->by_v);
-    const int feed = m->feed.mode; /* its acceleration moves the others */
-    for (int r = 0; r < n && feed >= 0; r++) {
-        rod->start[r] = r == feed ? 0 : m->mass[r * width + feed];
+    for (int i = 0; i < MODES_DRIVES; i++) { /* whose accelerations move the others */
+        const int driven = modes_driven(m, i);
+        for (int r = 0; r < n; r++) {
+            rod->start[i * n + r] = driven < 0 || r == driven ? 0 : m->mass[r * width + driven];
+        }
     }
     if (wanted > 2 * n) {
         status =
@@ -306,8 +331,11 @@ static ad_status differentiate(reduced_rod *rod, double t, bool by_inputs, ad_er
                                  : c < 2 * n ? rod->by_v[r * width + c - n]
                                              : rod->room[r * m->inputs + c - 2 * n]);
         }
-        for (int r = 0; r < n && feed >= 0; r++) {
-            rod->residual[r] -= rod->start[r] * rod->residual[feed];
+        for (int i = 0; i < MODES_DRIVES; i++) {
+            const int driven = modes_driven(m, i);
+            for (int r = 0; r < n && driven >= 0; r++) {
+                rod->residual[r] -= rod->start[i * n + r] * rod->residual[driven];
+            }
         }
         modes_solve_factored(m, rod->mass, rod->residual);
         for (int r = 0; r < n; r++) {
@@ -530,5 +558,5 @@ const kinematics *reduced_kinematics(const reduced_rod *rod)
 bool reduced_is_placed(const reduced_rod *rod)
 {
     const solve_part_kind kind = solve_rod_part_kind(rod->rod, SOLVE_START);
-    return !kind.by_t && !kind.by_parameters;
+    return !kind.by_t && (!kind.by_parameters || rod->m->turn.mode >= 0);
 }

@@ -264,6 +264,8 @@ typedef struct scene_end {
     scene_end_type type;
     quantity position[3]; /* m; numbers, for a driven end formulas of t */
     quantity rotation[4]; /* quaternion, normalised when read; numbers, or formulas of t */
+    quantity turn_time;   /* s, > 0, of the start in motion: how fast a drive follows the parameter
+                           * by which the rotation is turned about d3 */
     /* Of the end s = length, in place of rotation: the rotation vector by which it is turned from
      * where the unstressed rod ends, in the world's axes, so that turns count; rad. */
     quantity rotation_vector[3];

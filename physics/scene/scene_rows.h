@@ -262,6 +262,11 @@
     X("boundary.start.rotation", 4, start.rotation, START, HELD, ANY, ORIENTATION, WORLD, NULL,    \
       UPRIGHT, "[1, 0, 0, 0] where the type holds it",                                             \
       "Quaternion (w, x, y, z), body to world; d3 is the tangent. Normalised when read.")         \
+    X("boundary.start.turn_time", 1, start.turn_time, START, ONE_NUMBER, POSITIVE, SCALAR, WORLD,  \
+      "s", NOTHING, NULL,                                                                          \
+      "In motion, of a rotation that a parameter with a range turns about d3, in rad: how fast a " \
+      "drive follows it. The angle a goes to the command u by turn_time^2 a_tt + 2 turn_time a_t " \
+      "+ a = u.")                                                                                  \
     SCENE_SLIDE_ROWS(X, "boundary.start.", start., START)
 
 #define SCENE_END_ROWS(X)                                                                          \

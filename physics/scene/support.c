@@ -409,6 +409,12 @@ static const char *fed_by_input(const scene *scene)
                                                                                : NULL;
 }
 
+static const char *turned_by_input(const scene *scene)
+{
+    return scene_is_dynamic(scene) && scene->start.turn_time.is_given ? "boundary.start.turn_time"
+                                                                      : NULL;
+}
+
 static const char *mapped_tubes(const scene *scene)
 {
     return scene->place.is_given || scene->rod.inserted.is_given || ranged_place(scene)
@@ -544,6 +550,8 @@ static const feature_row features[] = {
      "mmmmm mm xxxx xy m", at_rest},
     {"a rod that moves through its port by an input", NULL, fed_by_input,
      "oxxoo oo xxxx yy y", NULL},
+    {"a base that an input turns", NULL, turned_by_input,
+     "ooooo oo xxxx yy y", NULL},
     {"a rod that shears without rotary inertia", NULL, shears_freely,
      "ooooo oo yyyx xx x", NULL},
     {"a rod without shear and rotary inertia", NULL, turns_freely,
