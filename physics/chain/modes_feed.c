@@ -98,8 +98,7 @@ double modes_feed_residual(const modes *m)
     const struct modes_feed *feed = &m->feed;
     const double wanted = (feed->command - feed->from) / feed->unit;
     return feed->input < 0 ? feed->second - feed->wanted[2]
-                           : feed->now[2] + 2 / feed->lag * feed->now[1] +
-                                 (feed->now[0] - wanted) / (feed->lag * feed->lag);
+                           : modes_drive_residual(feed->lag, feed->now, wanted);
 }
 
 /* ---- motion -------------------------------------------------------------------------------- */

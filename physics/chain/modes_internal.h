@@ -267,6 +267,15 @@ ad_status modes_give(modes *m, double t, const double *inputs, ad_error *error);
 /* inputs [inputs] as modes_at was given them. */
 void modes_commands(const modes *m, double *inputs);
 
+/* ---- drives ---- */
+
+/* How far a, with its rates now [3], is from following a command: T^2 a_tt + 2 T a_t + a = u, over
+ * T^2. */
+static inline double modes_drive_residual(double lag, const double now[3], double command)
+{
+    return now[2] + 2 / lag * now[1] + (now[0] - command) / (lag * lag);
+}
+
 /* ---- a base that is turned (modes_turn.c) ---- */
 
 /* Which input turns it, of a scene that says so. AD_BAD_ARGUMENT: none, or what is not taken. */

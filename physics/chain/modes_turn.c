@@ -1,5 +1,5 @@
 /* A base that a drive turns about the axis d3 of the rod there: a hinge whose angle a follows an
- * input u by T^2 a_tt + 2 T a_t + a = u. What is given is that of the angle 0. */
+ * input as modes_drive_residual says. What is given is that of the angle 0. */
 #include "physics/chain/modes_internal.h"
 
 #include <math.h>
@@ -88,9 +88,7 @@ void modes_turn_take(modes *m, const double *q, const double *v, const double *a
 
 double modes_turn_residual(const modes *m)
 {
-    const struct modes_turn *turn = &m->turn;
-    return turn->now[2] + 2 / turn->lag * turn->now[1] +
-           (turn->now[0] - turn->command) / (turn->lag * turn->lag);
+    return modes_drive_residual(m->turn.lag, m->turn.now, m->turn.command);
 }
 
 void modes_turn_derivatives(modes *m, double *by_q, double *by_v)

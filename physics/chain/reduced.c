@@ -23,7 +23,7 @@ _Static_assert(offsetof(reduced_place, angular_velocity) == 10 * sizeof(double) 
 
 struct reduced_rod {
     scene open;
-    scene_values values; /* its names */
+    scene_values values; /* its names, where inputs have a memory */
     const char *names[SCENE_PARAMETERS_MAX];
     double usual[SCENE_PARAMETERS_MAX];
     solve_rod *rod;
@@ -197,7 +197,9 @@ ad_status reduced_create(const scene *rod_scene, const reduced_settings *setting
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a reduced rod");
     }
     rod->open = *rod_scene;
-    rod->values = scene_values_of(rod_scene);
+    if (rod_scene->memory_count > 0) {
+        rod->values = scene_values_of(rod_scene);
+    }
     rod->newton = settings->newton > 0 ? settings->newton : 1e-5; /* errors of a step are larger */
     ad_status status = create_model(rod, settings, error);
     status = status == AD_OK ? collocation_create(rod->m, STAGES, &rod->step, error) : status;

@@ -255,6 +255,9 @@ void strain_form_solve_again(strain_form *form);
 void strain_form_say_taut(strain_form *form, double least);
 void strain_form_solve_change(strain_form *form);
 
+/* For strain_tensions.c: that of the matrix alone, without tensions; again: by the one before. */
+void strain_form_eliminate(strain_form *form, bool again);
+
 /* Subtracts `share` of a step. */
 void strain_form_move(strain_form *form, const lanes *step, const lanes *share);
 

@@ -9,6 +9,7 @@ typedef struct scene_values {
     int index[SCENE_PARAMETERS_MAX]; /* of each parameter, of open names */
 } scene_values;
 
+/* Of a scene that has its names. */
 scene_values scene_values_of(const scene *open);
 
 /* A formula at parameters [count], and how it changes along a direction [count] of them. */

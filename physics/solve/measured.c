@@ -341,7 +341,9 @@ ad_status solve_trials_create(const scene *open, int sets, const solve_measured 
         return ad_fail(error, AD_NO_MEMORY, "out of memory for trials");
     }
     trials->open = *open;
-    trials->names = scene_values_of(open);
+    if (open->memory_count > 0) {
+        trials->names = scene_values_of(open);
+    }
     trials->unknowns = open->unknown_count;
     trials->every = 1;
     for (int i = 0; i < sets; i++) {

@@ -23,7 +23,7 @@ typedef struct measured_row {
 
 struct solve_trials {
     scene open;
-    scene_values names; /* its */
+    scene_values names; /* its, where inputs have a memory */
     int unknowns;
     bool apart;  /* each experiment has values of its own */
     int columns; /* of the model: so many are needed */
