@@ -147,7 +147,7 @@ static int run(const char *name, const scene *robot, double tip, bool loaded, si
         draw(&random, tip, loaded, members + i * PARAMETERS);
     }
     const solve_members_settings settings = {
-        .tolerance = 5e-6, .threads = threads, .points = POINTS, .s = s};
+        .tolerance = 5e-6, .threads = threads, .points = POINTS, .s = s, .own_curvature = true};
     ad_status status = solve_members_create(robot, &settings, &solver, &error);
     for (int i = 0; i < ROUNDS && status == AD_OK; i++) {
         const double start = cpu_seconds();

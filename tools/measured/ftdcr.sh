@@ -20,21 +20,21 @@ residual() { # what, file with the rows that are held out, which rows of the fir
     run "residual.txt" cpinn-residual "$scenes/ftdcr_v4.yaml" --data . --set 'data[0].file=patterns.csv' \
         --set "data[0].rows.where=$3" --set "data[1].file=$2" --set "data[1].rows.where=$4" \
         --steps 10 --folds 2 --out residual.h5 --json residual.json
-    row "v4, $1: tip rms" unit=mm rows="$(number rows residual.json)" \
+    row "v4 ($1): tip rms" unit=mm rows="$(number rows residual.json)" \
         physics="$(times 1000 "$(number rms residual.json)")" physics_held_out="$(times 1000 "$(number rms residual.json 2)")" \
         residual="$(times 1000 "$(number rms residual.json 5)")" \
         residual_held_out="$(times 1000 "$(number rms residual.json 6)")" \
         deviation="$(times 1000 "$(number predicted residual.json 6)")" seconds="$seconds"
-    row "v4, $1: tip median" unit=mm \
+    row "v4 ($1): tip median" unit=mm \
         physics="$(times 1000 "$(number median residual.json)")" \
         physics_held_out="$(times 1000 "$(number median residual.json 2)")" \
         residual="$(times 1000 "$(number median residual.json 5)")" \
         residual_held_out="$(times 1000 "$(number median residual.json 6)")"
-    row "v4, $1: network alone; rms" unit=mm residual="$(times 1000 "$(number rms residual.json 3)")" \
+    row "v4 ($1): network alone; rms" unit=mm residual="$(times 1000 "$(number rms residual.json 3)")" \
         residual_held_out="$(times 1000 "$(number rms residual.json 4)")"
-    row "v4, $1: within 1 deviation" unit=% residual="$(times 100 "$(number within_1 residual.json 5)")" \
+    row "v4 ($1): within 1 deviation" unit=% residual="$(times 100 "$(number within_1 residual.json 5)")" \
         residual_held_out="$(times 100 "$(number within_1 residual.json 6)")"
-    row "v4, $1: within 2 deviations" unit=% residual="$(times 100 "$(number within_2 residual.json 5)")" \
+    row "v4 ($1): within 2 deviations" unit=% residual="$(times 100 "$(number within_2 residual.json 5)")" \
         residual_held_out="$(times 100 "$(number within_2 residual.json 6)")"
 }
 
