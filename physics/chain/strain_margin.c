@@ -181,49 +181,50 @@ static void divide(double b[2][2], double a[2][2])
     }
 }
 
+static void product(double a[2][2], double b[2][2], double to[2][2])
+{
+    for (int i = 0; i < 2; i++) {
+        for (int k = 0; k < 2; k++) {
+            to[i][k] = a[i][0] * b[0][k] + a[i][1] * b[1][k];
+        }
+    }
+}
+
+static void swap(double *a, double *b)
+{
+    const double held = *a;
+    *a = *b;
+    *b = held;
+}
+
 /* Iteration leaves of the vectors of two near eigenvalues some in each other. Where the two are
  * one, their vectors are any: those are taken that the weights do not mix, as bending about either
  * axis of a section. */
 static void separate(margins *m, int lane, double margin[BOTH])
 {
-    double a[2][2], w[2][2], b[2][2], c[2][2];
+    double a[2][2], w[2][2], b[2][2], c[2][2], bc[2][2], apart[2][2];
     project(m, lane, a, w, b);
     divide(b, a);
     divide(b, w);
     const double half = (a[0][0] - a[1][1]) / 2;
-    const bool apart = half * half + a[0][1] * a[1][0] > ONE * ONE;
-    vectors_of(apart ? a : w, c);
+    vectors_of(half * half + a[0][1] * a[1][0] > ONE * ONE ? a : w, c);
+    product(a, c, apart);
+    divide(c, apart);
+    margin[0] = apart[0][0];
+    margin[1] = apart[1][1];
+    if (margin[0] > margin[1]) {
+        swap(&margin[0], &margin[1]);
+        swap(&c[0][0], &c[0][1]);
+        swap(&c[1][0], &c[1][1]);
+    }
+    product(b, c, bc);
     for (int i = 0; i < m->n; i++) {
-        double right[2] = {m->right[0][i][lane], m->right[1][i][lane]};
-        double left[2] = {m->left[0][i][lane], m->left[1][i][lane]};
+        const double right[2] = {m->right[0][i][lane], m->right[1][i][lane]};
+        double left[2][2] = {{m->left[0][i][lane]}, {m->left[1][i][lane]}};
+        divide(bc, left);
         for (int k = 0; k < 2; k++) {
             m->right[k][i][lane] = c[0][k] * right[0] + c[1][k] * right[1];
-        }
-        /* rows of (b c)^-1 */
-        double bc[2][2], of[2][2] = {{left[0], 0}, {left[1], 0}};
-        for (int r = 0; r < 2; r++) {
-            for (int k = 0; k < 2; k++) {
-                bc[r][k] = b[r][0] * c[0][k] + b[r][1] * c[1][k];
-            }
-        }
-        divide(bc, of);
-        m->left[0][i][lane] = of[0][0];
-        m->left[1][i][lane] = of[1][0];
-    }
-    project(m, lane, a, w, b);
-    for (int k = 0; k < 2; k++) {
-        margin[k] = a[k][k] / b[k][k];
-    }
-    if (margin[0] > margin[1]) {
-        const double first = margin[0];
-        margin[0] = margin[1];
-        margin[1] = first;
-        for (int i = 0; i < m->n; i++) {
-            const double right = m->right[0][i][lane], left = m->left[0][i][lane];
-            m->right[0][i][lane] = m->right[1][i][lane];
-            m->left[0][i][lane] = m->left[1][i][lane];
-            m->right[1][i][lane] = right;
-            m->left[1][i][lane] = left;
+            m->left[k][i][lane] = left[k][0];
         }
     }
 }

@@ -122,11 +122,8 @@ ad_status optimize_read_constraint(const char *text, const response_scope *scope
         *low = sign[0] == '<' ? -INFINITY : bound[0];
         *high = sign[0] == '>' ? INFINITY : bound[0];
     }
-    const char *formula = part[middle] + strspn(part[middle], " ");
-    const bool least = strncmp(formula, "stability", 9) == 0 && isinf(*high) &&
-                       !formula[9 + strspn(formula + 9, " ")];
-    ad_status status =
-        response_create(least ? "min(stability)" : formula, scope, points, of, error);
+    const char *formula = isinf(*high) ? response_raised(part[middle]) : part[middle];
+    ad_status status = response_create(formula, scope, points, of, error);
     if (status != AD_OK) {
         return status;
     }

@@ -132,10 +132,8 @@ static ad_status make_objective(optimization *o, const response_scope *scope, ch
     }
     o->sign = settings->minimize ? 1 : -1;
     o->objective_scale = 1;
-    const char *text = settings->minimize ? settings->minimize : settings->maximize;
-    if (settings->maximize && strcmp(text, "stability") == 0) {
-        text = "min(stability)";
-    }
+    const char *text =
+        settings->minimize ? settings->minimize : response_raised(settings->maximize);
     ad_status status = response_create(text, scope, o->points, &o->objective, error);
     if (status == AD_OK &&
         response_kind_of(o->objective) == (settings->minimize ? RESPONSE_MIN : RESPONSE_MAX)) {

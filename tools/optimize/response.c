@@ -414,6 +414,14 @@ static ad_status place_points(recording *r, scene_breaks *breaks, ad_error *erro
 
 /* ---- making, evaluating -------------------------------------------------------------------- */
 
+const char *response_raised(const char *text)
+{
+    static const char alone[] = "stability";
+    const char *from = text + strspn(text, " "), *rest = from + strlen(alone);
+    return strncmp(from, alone, strlen(alone)) == 0 && !rest[strspn(rest, " ")] ? "min(stability)"
+                                                                                : text;
+}
+
 ad_status response_create(const char *text, const response_scope *scope, size_t points,
                           response **result, ad_error *error)
 {

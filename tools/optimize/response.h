@@ -67,6 +67,9 @@ typedef struct response_shape {
 
 typedef struct response response;
 
+/* The formula of what is to be large: min(stability) in place of the stability alone. */
+const char *response_raised(const char *text);
+
 /* AD_BAD_INPUT: what is wrong with the formula; AD_NO_MEMORY. For shapes of that many points. */
 ad_status response_create(const char *text, const response_scope *scope, size_t points,
                           response **result, ad_error *error);

@@ -4,9 +4,7 @@ def spread(values):
     """Median, smallest, largest."""
     if not values:
         return (math.nan,) * 3
-    values = sorted(values)
-    low, high = values[(len(values) - 1) // 2], values[len(values) // 2]
-    return low if low == high else low + (high - low) / 2, values[0], values[-1]
+    return statistics.median(values), min(values), max(values)
 
 
 def best(run_, kind, seconds):

@@ -283,11 +283,10 @@ def value(text):
 
 def last_row(said):
     known = said.get("reference") or {}
-    covers = said.get("window", 0) + 1 >= said.get("windows", 1)  # all windows of time
     return {"seconds": value(said.get("training_seconds", said.get("seconds"))),
             "step": value(said.get("step", said.get("nodes"))), "loss": value(said.get("loss")),
             "held_out": value(said.get("held_out")),
-            **{kind: value(known.get(field)) if covers else math.nan
+            **{kind: value(known.get(field)) if covers(said) else math.nan
                for kind, (_, _, field) in MEASURES.items()}}
 
 
@@ -297,10 +296,10 @@ def history(path, said):
     try:
         with open(path, newline="") as file:
             for row in csv.DictReader(file):
-                covers = windows == 1 or value(row["window"]) == windows
+                whole = windows == 1 or value(row["window"]) == windows
                 rows.append({name: value(row[name])
                              for name in ("seconds", "step", "loss", "held_out")} |
-                            {kind: value(row.get(column)) if covers else math.nan
+                            {kind: value(row.get(column)) if whole else math.nan
                              for kind, (_, column, _) in MEASURES.items()})
     except OSError:
         pass

@@ -88,13 +88,12 @@ def do(asked, path, method):
         return None
     outcome, reason, found = findings(said, status, late, asked.seconds)
     known = said.get("reference") or {}
-    covers = said.get("window", 0) + 1 >= said.get("windows", 1)  # all windows of time
     moves = said.get("load_factor") is None
     return {"case": os.path.splitext(os.path.basename(path))[0], "method": method,
             "form": said.get("form") or method, "outcome": outcome, "reason": reason,
             "position_error": known.get("position_relative_l2", said.get("estimated_error"))
-            if covers and outcome not in ("stopped", "refused") else None,
-            "rotation_error": known.get("rotation_rms_rad") if covers else None,
+            if covers(said) and outcome not in ("stopped", "refused") else None,
+            "rotation_error": known.get("rotation_rms_rad") if covers(said) else None,
             "seconds": said.get("training_seconds", said.get("seconds", seconds)),
             "unknowns": said.get("unknowns"), "equations": said.get("equations"),
             "points": said.get("points", said.get("nodes")),

@@ -80,6 +80,11 @@ def run(limit, program, *arguments):
     return said, process.returncode, time.monotonic() - began, late
 
 
+def covers(said):
+    """Whether all windows of time are there."""
+    return said.get("window", 0) + 1 >= said.get("windows", 1)
+
+
 def findings(said, status, late, limit):
     """The worst outcome with its reason, and a line for all that was found."""
     verdict = said.get("verdict", {})

@@ -1,5 +1,4 @@
 /* cpinn-show: shapes as pictures, .svg and .png of some instants, .gif, .mp4 and .webm of all. */
-#include "physics/numerics/sort.h"
 #include "tools/files/file_bytes.h"
 #include "tools/picture/images.h"
 #include "tools/programs/picture_file.h"
@@ -33,10 +32,9 @@ typedef struct drawing {
     double *arc;
     const char *const *labels;
     const showing *from;
-    tip *tips;          /* [tip_count] of `from` */
-    double tip_ends[2]; /* of what colours them */
-    bool flat;          /* of areas: as few of them as will do */
-    bool follows;       /* a wanted path: earlier instants are seen through */
+    tip *tips;    /* [tip_count] of `from` */
+    bool flat;    /* of areas: as few of them as will do */
+    bool follows; /* a wanted path: earlier instants are seen through */
 } drawing;
 
 static const char *const times[] = {"c3d7ee", "7fb0dd", "2f7fc1", "0b4f8a"};
@@ -323,37 +321,22 @@ static void draw_tips(const drawing *d)
     if (count > 0) {
         char name[40];
         snprintf(name, sizeof name, "tips: %s", d->from->tips_name);
-        draw_bar(d->p, 38 + picture_text_width(15, name), name, d->tip_ends, d->from->tips_unit,
-                 colour_of_tip);
+        draw_bar(d->p, 38 + picture_text_width(15, name), name, d->from->tip_ends,
+                 d->from->tips_unit, colour_of_tip);
     }
 }
 
-/* A hundredth of the tips lies beyond each end of what colours them. */
 static ad_status take_tips(drawing *d, ad_error *error)
 {
     const size_t count = d->from->tip_count;
-    double *values = malloc((count + 1) * sizeof *values);
+    const double *ends = d->from->tip_ends, wide = ends[1] - ends[0];
     d->tips = malloc((count + 1) * sizeof *d->tips);
-    if (!values || !d->tips) {
-        free(values);
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a picture");
-    }
-    for (size_t i = 0; i < count; i++) {
-        values[i] = d->from->tips[4 * i + 3];
-    }
-    if (count > 0) {
-        sort_ascending(count, values);
-        d->tip_ends[0] = values[count / 100];
-        d->tip_ends[1] = values[count - 1 - count / 100];
-    }
-    for (size_t i = 0; i < count; i++) {
+    for (size_t i = 0; i < count && d->tips; i++) {
         const double *from = d->from->tips + 4 * i;
-        const double wide = d->tip_ends[1] - d->tip_ends[0];
-        const double part = wide > 0 ? (from[3] - d->tip_ends[0]) / wide : 0;
+        const double part = wide > 0 ? (from[3] - ends[0]) / wide : 0;
         d->tips[i] = (tip){.place = from, .part = fmin(1, fmax(0, part))};
     }
-    free(values);
-    return AD_OK;
+    return d->tips ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a picture");
 }
 
 static void draw_around(const drawing *d, double frame, bool is_still)

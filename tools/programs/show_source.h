@@ -30,6 +30,7 @@ typedef struct showing {
     bool has_workspace; /* what --workspace and --by ask for is found */
     double *tips;       /* of pictures: a workspace [tip_count][4], m and what colours it; owned, */
     size_t tip_count;   /* NULL: none; */
+    double tip_ends[2]; /* of what colours it, which a hundredth of the tips lies beyond */
     const char *tips_name, *tips_unit;
     const scene *of;            /* of pictures: what is shown; NULL: nobody knows, */
     const table_source *wanted; /* of a closed loop: the path, t, x, y, z; else NULL, */

@@ -17,6 +17,7 @@
 
 #include "autodiff/dense.h"
 #include "physics/chain/solve_members.h"
+#include "physics/numerics/sort.h"
 #include "physics/rod/rod_section.h"
 #include "physics/scene/breaks.h"
 #include "physics/solve/stability.h"
@@ -58,6 +59,10 @@ typedef struct workspace {
     int directions;
     const char *without_margin; /* why there is no stability margin; NULL: there is one */
     bool has_section;           /* without a section there is no strain of fibres */
+    ad_tape *tape;              /* of that strain: */
+    ad_value strain;            /* by s, parameters [of->parameter_count], strains [6] */
+    scene_breaks breaks;        /* along the rod, */
+    double length;              /* of the member in the middle */
 } workspace;
 
 static double *own_column(const workspace *w, int which)
@@ -71,6 +76,7 @@ static void workspace_free(workspace *w)
     free(w->numbers);
     free(w->singular);
     free(w->source);
+    ad_tape_free(w->tape);
 }
 
 static ad_status prepare(workspace *w, ad_error *error)
@@ -123,44 +129,47 @@ static void find_singular(size_t count, double a[3][SCENE_PARAMETERS_MAX], doubl
     }
 }
 
+/* The strain of fibres at a point, and where formulas jump. */
+static ad_status record_strain(workspace *w, ad_error *error)
+{
+    const int count = w->of->parameter_count;
+    ad_value parameter[SCENE_PARAMETERS_MAX];
+    scene one;
+    w->tape = ad_tape_create();
+    const ad_value place = ad_input(w->tape, "s", 1), all = ad_input(w->tape, "p", count);
+    const ad_value shape = ad_input(w->tape, "strains", 6);
+    for (int k = 0; k < count; k++) {
+        parameter[k] = ad_row(all, k);
+    }
+    w->strain = rod_section_record(w->of, ROD_SECTION_STRAIN, place, parameter, shape);
+    scene_middle(w->of, &one);
+    w->length = scene_length(&one);
+    return scene_breaks_of(&one, "s", &w->breaks, error);
+}
+
 /* The largest strain of fibres of members from `first` on, which were asked for. */
 static ad_status find_strain(workspace *w, const samples *from, size_t first, ad_error *error)
 {
     const size_t count = (size_t)w->of->parameter_count, rows = samples_rows(from);
     double *s = malloc((2 + count) * rows * sizeof *s), *parameters = s + rows;
     double *found = parameters + count * rows;
-    ad_tape *tape = ad_tape_create();
-    scene one;
-    scene_breaks breaks;
-    scene_middle(w->of, &one);
-    ad_status status = s && tape ? scene_breaks_of(&one, "s", &breaks, error)
-                                 : ad_fail(error, AD_NO_MEMORY, "out of memory for a workspace");
-    if (status == AD_OK) {
-        for (size_t i = 0; i < rows; i++) {
-            s[i] = scene_breaks_before(&breaks, scene_length(&one), from->s[i % from->count]);
-            for (size_t k = 0; k < count; k++) {
-                parameters[k * rows + i] = from->parameters[i / from->count * count + k];
-            }
-        }
-        const ad_value place = ad_input(tape, "s", 1), all = ad_input(tape, "p", (int)count);
-        const ad_value shape = ad_input(tape, "strains", 6);
-        ad_value parameter[SCENE_PARAMETERS_MAX];
-        for (size_t k = 0; k < count; k++) {
-            parameter[k] = ad_row(all, (int)k);
-        }
-        const ad_value strain =
-            rod_section_record(w->of, ROD_SECTION_STRAIN, place, parameter, shape);
-        const double *const inputs[] = {s, parameters, from->values + V * rows};
-        const ad_run run = {
-            .points = rows, .inputs = inputs, .outputs = &found, .everywhere = true};
-        status = ad_evaluate(1, &strain, NULL, &run, error);
-        w->has_section = status != AD_BAD_INPUT;
+    if (!s) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a workspace");
     }
+    for (size_t i = 0; i < rows; i++) {
+        s[i] = scene_breaks_before(&w->breaks, w->length, from->s[i % from->count]);
+        for (size_t k = 0; k < count; k++) {
+            parameters[k * rows + i] = from->parameters[i / from->count * count + k];
+        }
+    }
+    const double *const inputs[] = {s, parameters, from->values + V * rows};
+    const ad_run run = {.points = rows, .inputs = inputs, .outputs = &found, .everywhere = true};
+    const ad_status status = ad_evaluate(1, &w->strain, NULL, &run, error);
+    w->has_section = status != AD_BAD_INPUT;
     for (size_t i = 0; i < rows && status == AD_OK; i++) {
         double *most = own_column(w, STRAIN) + first + i / from->count;
-        *most = i % from->count == 0 ? found[i] : *most + fmax(0, found[i] - *most);
+        *most = i % from->count == 0 ? found[i] : fmax(*most, found[i]);
     }
-    ad_tape_free(tape);
     free(s);
     return w->has_section ? status : AD_OK;
 }
@@ -292,6 +301,26 @@ static void put_table(json *to, const workspace *w)
     json_close(to, ']');
 }
 
+/* Whether a member is shown by this column. */
+static bool is_shown(const workspace *w, int which, size_t member)
+{
+    return own_column(w, TRUSTED)[member] != 0 && isfinite(own_column(w, which)[member]);
+}
+
+/* Of a column, which a hundredth of the tips lies beyond; room [trusted]. */
+static void find_ends(const workspace *w, int which, double *room, double ends[2])
+{
+    size_t count = 0;
+    for (size_t i = 0; i < MEMBERS; i++) {
+        if (is_shown(w, which, i)) {
+            room[count++] = own_column(w, which)[i];
+        }
+    }
+    sort_ascending(count, room);
+    ends[0] = count > 0 ? room[count / 100] : 0;
+    ends[1] = count > 0 ? room[count - 1 - count / 100] : 0;
+}
+
 /* For a picture: places, and what colours them. */
 static ad_status keep_tips(const workspace *w, showing *showing, int which, ad_error *error)
 {
@@ -299,8 +328,11 @@ static ad_status keep_tips(const workspace *w, showing *showing, int which, ad_e
     showing->tips = to;
     showing->tips_name = own[which].name;
     showing->tips_unit = own[which].unit;
+    if (to) {
+        find_ends(w, which, to, showing->tip_ends);
+    }
     for (size_t i = 0; i < MEMBERS && to; i++) {
-        if (own_column(w, TRUSTED)[i] != 0 && isfinite(own_column(w, which)[i])) {
+        if (is_shown(w, which, i)) {
             for (int k = X; k <= Z; k++) {
                 *to++ = own_column(w, k)[i];
             }
@@ -382,6 +414,18 @@ static ad_status put_tips(json *to, const workspace *w, int by, ad_error *error)
         show_column(to, own[k].name, own[k].unit, few, count, k > Z);
     }
     json_close(to, ']');
+    json_open(to, "ends", '['); /* of colours, by each column after the place */
+    for (int k = Z + 1; k <= ERROR; k++) {
+        double ends[2];
+        if (is_known(w, k)) {
+            find_ends(w, k, few, ends);
+            json_open(to, NULL, '[');
+            json_number(to, NULL, ends[0]);
+            json_number(to, NULL, ends[1]);
+            json_close(to, ']');
+        }
+    }
+    json_close(to, ']');
     json_close(to, '}');
     free(few);
     return AD_OK;
@@ -435,6 +479,7 @@ ad_status show_workspace(showing *showing, cpinn_family *family, size_t points, 
         return AD_OK;
     }
     ad_status status = prepare(&w, error);
+    status = status == AD_OK ? record_strain(&w, error) : status;
     status = status == AD_OK ? ask(&w, family, &found, points, s, error) : status;
     status = status == AD_OK ? choose(&w, showing->by, &by, error) : status;
     if (status == AD_OK) {

@@ -3,15 +3,10 @@
 
 class Workspace {
     constructor(data, redraw) {
-        const columns = data.columns.map(column);
-        const rows = Array.from({ length: data.rows }, (_, i) => i);
-        this.places = rows.map(i => [0, 1, 2].map(k => columns[k].at(i)));
-        this.quantities = columns.slice(3).filter(c => c.low <= c.high);
-        this.ends = new Map(this.quantities.map(c => { /* a hundredth of the tips is beyond each */
-            const values = rows.map(i => c.at(i)).filter(Number.isFinite).sort((a, b) => a - b);
-            const beyond = Math.floor(values.length / 100);
-            return [c, [values[beyond], values[values.length - 1 - beyond]]];
-        }));
+        const columns = data.columns.map(column), quantities = columns.slice(3);
+        this.places = Array.from({ length: data.rows }, (_, i) => [0, 1, 2].map(k => columns[k].at(i)));
+        this.quantities = quantities.filter(c => c.low <= c.high);
+        this.ends = new Map(quantities.map((c, k) => [c, data.ends[k]]));
         this.redraw = redraw;
         const select = element("select", { title: "colour of the tips" },
             element("label", { text: "Tips by " }, byId("tools")));
