@@ -61,9 +61,8 @@ find autodiff nn optim physics tests tools -name '*.[ch]' -exec \
         may["tools/environment"] = training " tools/environment "
         may["tools/plan"] = training " tools/environment tools/plan "
         may["tools/optimize"] = training " tools/environment tools/optimize "
-        everything = control " tools/config tools/prepare tools/emit tools/library tools/picture tools/environment tools/plan tools/optimize tools/programs "
+        everything = control " tools/config tools/prepare tools/emit tools/library tools/environment tools/plan tools/optimize tools/programs "
         may["tools/files"] = " tools/files autodiff "
-        may["tools/picture"] = " tools/picture physics/numerics autodiff "
         may["tools/train"] = training
         may["tools/surrogate"] = surrogate
         may["tools/control"] = control

@@ -55,10 +55,10 @@ seen svg loop.svg '' 'tip (1000.0, 0.0, -4.0) mm'
 
 # ---- what moves ---------------------------------------------------------------------------------
 
-# 0.6 s five times slower are 61 images of 50 ms.
+# 0.6 s twice as slow are 25 images of 50 ms.
 if command -v ffmpeg >/dev/null; then
-    run 0 cpinn-show arm.csv --scene "$ROOT/configs/soft_arm.yaml" --out arm.gif --slow 5
-    seen gif arm.gif 720 480 61 5
+    run 0 cpinn-show arm.csv --scene "$ROOT/configs/soft_arm.yaml" --out arm.gif --slow 2
+    seen gif arm.gif 720 480 25 5
 fi
 mkdir encoder
 cat >encoder/ffmpeg <<'END'
@@ -70,31 +70,51 @@ END
 chmod +x encoder/ffmpeg
 usual=$PATH
 PATH=$work/encoder:$usual
-while read -r ending width height rate images; do # of 0.6 s
-    run 0 cpinn-show arm.csv --out "arm.$ending"
+while read -r ending width height rate images; do # of half of 0.6 s
+    run 0 cpinn-show arm.csv --out "arm.$ending" --slow 0.5
     check "all of $ending" -- test "$(cat "arm.$ending")" -eq $((images * width * height * 3))
     said arguments.txt "-video_size ${width}x$height -framerate $rate .* -f $ending file:arm.$ending.partial\$"
 done <<'END'
-mp4 1280 720 30 19
-webm 1280 720 30 19
-gif 720 480 20 13
+mp4 1280 720 30 10
+webm 1280 720 30 10
+gif 720 480 20 7
 END
 # An encoder that fails at once, after some bytes, at the end: one line, no file.
 for fails in 'exit 1' 'head -c 100000 >/dev/null; exit 1' 'cat >/dev/null; exit 1' 'kill -9 $$'; do
     printf '#!/bin/sh\necho "no such codec" >&2\nfor last; do :; done\necho half >"${last#file:}"\n%s\n' \
         "$fails" >encoder/ffmpeg
     rm -f other.mp4
-    run 1 cpinn-show arm.csv --out other.mp4
-    said stderr.txt '^cpinn-show: arm.csv: other.mp4: not written, ffmpeg failed: no such codec$'
+    run 1 cpinn-show arm.csv --out other.mp4 --slow 0.2
+    said stderr.txt '^cpinn-picture: arm.csv: other.mp4: not written, ffmpeg failed: no such codec$'
     check one line -- test "$(wc -l <stderr.txt)" -eq 1
     check no file -- test ! -e other.mp4 -a ! -e other.mp4.partial
 done
 printf '#!/bin/sh\ncat >/dev/null\n' >encoder/ffmpeg
-run 1 cpinn-show arm.csv --out other.mp4
+run 1 cpinn-show arm.csv --out other.mp4 --slow 0.2
 said stderr.txt 'ffmpeg failed: it says nothing'
 PATH=$usual
+mkdir python
+printf '#!/bin/sh\nexec "%s" "$@"\n' "$(python3 -c 'import sys; print(sys.executable)')" >python/python3
+chmod +x python/python3
 refused 'movies need the encoder ffmpeg, .*apt-get install ffmpeg.' \
-    env PATH="$BIN" cpinn-show arm.csv --out other.mp4
+    env PATH="$BIN:$work/python" cpinn-show arm.csv --out other.mp4
+refused 'pictures need python3 with numpy' env PATH="$BIN" cpinn-show arm.csv --out other.png
+
+# A page has what its picture needs.
+run 0 cpinn-show arm.csv --out page.html
+run 0 cpinn-picture page.html --out page.svg
+run 0 cpinn-show arm.csv --out shown.svg --quiet
+check quiet -- test ! -s stdout.txt
+check the same picture -- cmp page.svg shown.svg
+run 0 cpinn-picture --help
+said stdout.txt '^usage: cpinn-picture '
+refused '^cpinn-picture: nowhere.html: No such file' cpinn-picture nowhere.html --out page.svg
+refused '^cpinn-picture: arm.csv: is no page of cpinn-show' cpinn-picture arm.csv --out page.svg
+refused '^cpinn-picture: --out page.bmp: allowed: .svg, .png' cpinn-picture page.html --out page.bmp
+refused '^cpinn-picture: --out is missing' cpinn-picture page.html
+mkdir taken.svg
+run 1 cpinn-picture page.html --out taken.svg
+said stderr.txt '^cpinn-picture: taken.svg: not written: Is a directory$'
 
 # ---- what cannot be drawn -----------------------------------------------------------------------
 

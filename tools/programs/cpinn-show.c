@@ -19,7 +19,6 @@ static void showing_free(showing *showing)
     table_free(showing->table);
     table_free(showing->ghost);
     samples_free(&showing->samples);
-    free(showing->tips);
     surface_free(showing->wall);
     solution_free(showing->solved);
     reference_free(showing->known);
@@ -137,7 +136,7 @@ static ad_status show_read(showing *showing, const table_build *read, ad_error *
     }
     ad_status status = showing->wall_path ? show_open_wall(showing, error) : AD_OK;
     status = status == AD_OK ? show_put_motion(showing, table, NULL, NULL, NULL, error) : status;
-    if (status == AD_OK && showing->wall && !showing->is_drawn) {
+    if (status == AD_OK && showing->wall) {
         status = show_put_wall(showing, error);
     }
     if (status == AD_OK && showing->settings) {
@@ -154,7 +153,7 @@ static ad_status show_table(showing *showing, ad_error *error)
     show_title_of(showing, showing->source);
     ad_status status =
         table_read_words(showing->source, TABLE_NONFINITE, words, &showing->table, error);
-    if (status == AD_BAD_INPUT && !has_shapes(showing->source) && !show_is_plot(showing->out)) {
+    if (status == AD_BAD_INPUT && !has_shapes(showing->source)) {
         return show_csv(showing, error);
     }
     if (status == AD_OK && showing->scene_path && !table_column(showing->table, "true_x")) {
@@ -163,7 +162,7 @@ static ad_status show_table(showing *showing, ad_error *error)
                                showing->overrides.texts, showing->at, &showing->settings, error);
         status = status == AD_OK ? prepare_choices(showing->settings, error) : status;
     }
-    const scene *of = showing->of = showing->settings ? &showing->settings->scene : NULL;
+    const scene *of = showing->settings ? &showing->settings->scene : NULL;
     table_build *read = status == AD_OK ? show_read_table_of(showing->table, of) : NULL;
     if (status == AD_OK && !read) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for a report");
@@ -233,9 +232,6 @@ static ad_status run(showing *showing, char *path, size_t size, ad_error *error)
     status = status == AD_OK ? fill(showing, is_folder, error) : status;
     if (!showing->out) {
         choose_out(showing, is_folder, path, size);
-    } else if (status == AD_OK && show_is_plot(showing->out) && !showing->is_drawn) {
-        status = ad_fail(error, AD_BAD_INPUT, "%s: has no shapes for a picture; allowed: .html",
-                         file_bytes_shown(showing->source));
     }
     if (status == AD_OK && (showing->workspace || showing->by) && !showing->has_workspace) {
         status =
@@ -248,7 +244,10 @@ static ad_status run(showing *showing, char *path, size_t size, ad_error *error)
                          file_bytes_shown(showing->source));
     }
     json_text(&showing->to, "title", showing->title);
-    if (status != AD_OK || show_is_plot(showing->out)) {
+    if (status == AD_OK && show_is_picture(showing->out)) {
+        return show_picture(showing, error);
+    }
+    if (status != AD_OK) {
         char *text;
         size_t length;
         ad_error unused;

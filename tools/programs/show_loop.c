@@ -248,8 +248,8 @@ static size_t row_at(const looped *l, double t)
     return low;
 }
 
-/* Of the plant, as x->of and x->members: inputs as they were, the truth of what is estimated. To be
- * freed; NULL: out of memory. */
+/* Members of the plant: inputs as they were, the truth of what is estimated. To be freed; NULL: out
+ * of memory. */
 static double *find_members(const looped *l, const table_shapes *at)
 {
     const scene *of = &l->plant->scene;
@@ -264,8 +264,6 @@ static double *find_members(const looped *l, const table_shapes *at)
             values[i * count + k] = isfinite(now) ? now : scene_parameter_at(p, 0.5);
         }
     }
-    l->x->of = of;
-    l->x->members = count > 0 ? values : NULL;
     return values;
 }
 
@@ -325,10 +323,10 @@ static ad_status put_robot(looped *l, ad_error *error)
                                                "as the filter believes", error)
                              : status;
     if (status == AD_OK && l->plant) {
-        status = show_scene(&l->x->to, l->x->of, l->x->members, &l->x->kept, NULL, error);
+        const scene *of = &l->plant->scene;
+        status = show_scene(&l->x->to, of, of->parameter_count > 0 ? members : NULL, &l->x->kept,
+                            NULL, error);
     }
-    l->x->of = NULL;
-    l->x->members = NULL;
     free(members);
     free(off);
     free(read);
@@ -343,11 +341,9 @@ static ad_status put_all(looped *l, ad_error *error)
     const table_source place = places(l, l->found), wanted = places(l, l->wanted);
     put_errors(l);
     put_curves(l);
-    showing->wanted = &wanted;
     ad_status status =
         l->shapes ? put_robot(l, error) : show_put_motion(showing, &place, NULL, NULL, NULL, error);
-    showing->wanted = NULL;
-    if (status == AD_OK && !show_is_plot(showing->out)) {
+    if (status == AD_OK) {
         json_open(&showing->to, "paths", '[');
         status = show_path(&showing->to, "wanted path", &wanted, error);
         status =

@@ -98,7 +98,7 @@ ad_status show_family(showing *showing, const double *member, ad_error *error)
     const cpinn_family_settings settings = {.points = SWEEP_POINTS, .s = p->s};
     status = status == AD_OK ? cpinn_family_of(showing->e, &settings, &family, error) : status;
     bool is_live = false;
-    if (status == AD_OK && !member && !showing->reference_path && !show_is_plot(showing->out)) {
+    if (status == AD_OK && !member && !showing->reference_path && !show_is_picture(showing->out)) {
         status = show_live(showing, family, SWEEP_POINTS, p->s, &is_live, error);
     }
     if (status == AD_OK && !member) {

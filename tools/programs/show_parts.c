@@ -158,14 +158,8 @@ ad_status show_put_motion(showing *showing, const table_source *table, const cha
         ghost = given ? &given->table : ghost;
         ghost_name = showing->reference_path;
     }
-    if (status == AD_OK && show_is_plot(showing->out)) {
-        status = show_plot(showing, table, labels, ghost, &why);
-        showing->is_drawn = status == AD_OK;
-        if (status != AD_OK) {
-            ad_fail(error, status, "%s: %s", showing->source, why.message);
-        }
-    } else if (status == AD_OK && show_motion(&showing->to, table, labels, ghost, ghost_name,
-                                              &showing->kept, &why) != AD_OK) {
+    if (status == AD_OK && show_motion(&showing->to, table, labels, ghost, ghost_name,
+                                       &showing->kept, &why) != AD_OK) {
         status = ad_fail(error, why.status, "%s: %s", showing->source, why.message);
     }
     free(given);
@@ -186,14 +180,11 @@ ad_status show_put_shapes(showing *showing, const scene *of, const char *const *
     if (status != AD_OK) {
         return status;
     }
-    showing->of = of;
-    showing->members = showing->samples.parameters;
     status = show_put_motion(showing, &to.of.table, labels, ghost, ghost_name, error);
     if (status == AD_OK) {
-        status = show_scene(&showing->to, of, showing->members, &showing->kept, NULL, error);
+        status =
+            show_scene(&showing->to, of, showing->samples.parameters, &showing->kept, NULL, error);
     }
-    showing->of = NULL;
-    showing->members = NULL;
     samples_table_free(&to);
     return status;
 }

@@ -281,7 +281,10 @@ static ad_status put_all(showing *showing, const shown *x, ad_error *error)
     }
     ad_error reason;
     ad_status status = table_read(path, TABLE_NONFINITE, &showing->ghost, error);
-    table_build *read = status == AD_OK ? show_read_table_of(showing->ghost, showing->of) : NULL;
+    table_build *read =
+        status == AD_OK ? show_read_table_of(showing->ghost,
+                                             showing->settings ? &showing->settings->scene : NULL)
+                        : NULL;
     if (status == AD_OK && !read) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for a report");
     }
@@ -304,10 +307,8 @@ ad_status show_residuals(showing *showing, const table_source *table, ad_error *
                .judged = table_words(showing->table, "judged"),
                .data = table_source_column(table, "data"),
                .distance = table_source_column(table, "distance")};
-    if (table->nrows == 0 || show_is_plot(showing->out)) {
-        return table->nrows == 0 ? ad_fail(error, AD_BAD_INPUT, "%s: there are no rows to be shown",
-                                           showing->source)
-                                 : AD_OK; /* which has no picture */
+    if (table->nrows == 0) {
+        return ad_fail(error, AD_BAD_INPUT, "%s: there are no rows to be shown", showing->source);
     }
     x.kept = malloc(table->nrows * sizeof *x.kept);
     x.few = malloc(table->nrows * sizeof *x.few);

@@ -81,10 +81,29 @@ static void put_along(const drawn *drawn, const char *name, quantity q, double s
 
 /* ---- the rod ------------------------------------------------------------------------------- */
 
+/* One of several that lie in one another, from s = 0 on. */
+static void put_tube(const drawn *drawn, double end, quantity radius)
+{
+    json_open(drawn->to, NULL, '{');
+    json_number(drawn->to, "end", end);
+    json_open(drawn->to, "radius", '[');
+    put_along(drawn, "radius", radius, 1);
+    json_close(drawn->to, ']');
+    json_close(drawn->to, '}');
+}
+
 static void put_section(const drawn *drawn)
 {
     const scene_piece piece = scene_piece_of(drawn->of, 0);
     json_text(drawn->to, "section", scene_section_names()[piece.rod.section]);
+    json_open(drawn->to, "tubes", '[');
+    for (int i = 0; i < drawn->of->tube_count; i++) {
+        if (i == 0) {
+            put_tube(drawn, scene_length(drawn->of), piece.rod.radius);
+        }
+        put_tube(drawn, scene_tube_end(drawn->of, i), drawn->of->tubes[i].rod.radius);
+    }
+    json_close(drawn->to, ']');
     json_open(drawn->to, "half", '[');
     for (int k = 0; k < 2; k++) {
         for (size_t i = 0; i < drawn->kept->points; i++) {
@@ -161,7 +180,8 @@ static void put_guided(const drawn *drawn, const scene_actuator *one)
     put_along(drawn, "d2", one->offset[1], 1);
     json_close(drawn->to, ']');
     json_open(drawn->to, "acts", '[');
-    put_over_time(drawn, one->name, one->unit, one->given, 0);
+    const bool is_force = !one->tendon && value_at(drawn, one->chamber->area, 0, 0) == 1;
+    put_over_time(drawn, one->name, is_force ? "N" : one->unit, one->given, 0);
     json_close(drawn->to, ']');
     json_close(drawn->to, '}');
 }

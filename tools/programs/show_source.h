@@ -26,15 +26,7 @@ typedef struct showing {
     table_file *table, *ghost;
     show_kept kept;
     surface *wall;      /* of --wall; NULL: none */
-    bool is_drawn;      /* a picture is written */
     bool has_workspace; /* what --workspace and --by ask for is found */
-    double *tips;       /* of pictures: a workspace [tip_count][4], m and what colours it; owned, */
-    size_t tip_count;   /* NULL: none; */
-    double tip_ends[2]; /* of what colours it, which a hundredth of the tips lies beyond */
-    const char *tips_name, *tips_unit;
-    const scene *of;            /* of pictures: what is shown; NULL: nobody knows, */
-    const table_source *wanted; /* of a closed loop: the path, t, x, y, z; else NULL, */
-    const double *members;      /* and of a family [frames][parameter_count]; else NULL */
 } showing;
 
 /* Members of "curves", open until show_close_curve. */
@@ -77,12 +69,11 @@ ad_status show_choose_points(showing *showing, const scene *of, double until, ad
 ad_status show_put_shapes(showing *showing, const scene *of, const char *const *labels,
                           const table_source *ghost, const char *ghost_name, ad_error *error);
 
-/* Whether that file is to be a picture, .svg, .png, .gif, .mp4 or .webm; and the picture from->out,
- * with the way of the last point of `other` (NULL: none) beside it. AD_BAD_INPUT: nothing can be
- * drawn, or there is no encoder; AD_NOT_WRITTEN: it failed. */
-bool show_is_plot(const char *path);
-ad_status show_plot(const showing *from, const table_source *table, const char *const *labels,
-                    const table_source *other, ad_error *error);
+/* Whether that file is to be a picture, .svg, .png, .gif, .mp4 or .webm; and the picture of what has
+ * been put into showing->to: cpinn-picture takes the place of this program, which returns only where
+ * it cannot be started. AD_BAD_INPUT: there is no Python; AD_IO, AD_NO_MEMORY. */
+bool show_is_picture(const char *path);
+ad_status show_picture(showing *showing, ad_error *error);
 
 /* The whole of a source, title included. AD_BAD_INPUT and others with one line. */
 ad_status show_run(showing *showing, ad_error *error);

@@ -321,28 +321,6 @@ static void find_ends(const workspace *w, int which, double *room, double ends[2
     ends[1] = count > 0 ? room[count - 1 - count / 100] : 0;
 }
 
-/* For a picture: places, and what colours them. */
-static ad_status keep_tips(const workspace *w, showing *showing, int which, ad_error *error)
-{
-    double *to = malloc((4 * w->trusted + 1) * sizeof *to);
-    showing->tips = to;
-    showing->tips_name = own[which].name;
-    showing->tips_unit = own[which].unit;
-    if (to) {
-        find_ends(w, which, to, showing->tip_ends);
-    }
-    for (size_t i = 0; i < MEMBERS && to; i++) {
-        if (is_shown(w, which, i)) {
-            for (int k = X; k <= Z; k++) {
-                *to++ = own_column(w, k)[i];
-            }
-            *to++ = own_column(w, which)[i];
-            showing->tip_count++;
-        }
-    }
-    return to ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a workspace");
-}
-
 /* Which column colours tips. */
 static ad_status choose(const workspace *w, const char *name, int *which, ad_error *error)
 {
@@ -475,7 +453,7 @@ ad_status show_workspace(showing *showing, cpinn_family *family, size_t points, 
                    .has_section = true};
     int by = DEXTERITY;
     if (*cpinn_family_without_error(family) ||
-        (show_is_plot(showing->out) && !showing->workspace && !showing->by)) {
+        (show_is_picture(showing->out) && !showing->workspace && !showing->by)) {
         return AD_OK;
     }
     ad_status status = prepare(&w, error);
@@ -484,8 +462,7 @@ ad_status show_workspace(showing *showing, cpinn_family *family, size_t points, 
     status = status == AD_OK ? choose(&w, showing->by, &by, error) : status;
     if (status == AD_OK) {
         judge(&w);
-        status = show_is_plot(showing->out) ? keep_tips(&w, showing, by, error)
-                                            : put_tips(&showing->to, &w, by, error);
+        status = put_tips(&showing->to, &w, by, error);
         put_table(&showing->to, &w);
         showing->has_workspace = true;
     }
