@@ -139,10 +139,12 @@ static ad_status check_training(const config *config, ad_error *error)
     return blame(config, status, key, &reason, error);
 }
 
+/* context: whether the scene is a simulated robot's, whose rod settles for itself; NULL: it is not.
+ */
 static ad_status choose(config *config, const void *context, ad_error *error)
 {
-    (void)context;
-    ad_status status = check_start(config, error);
+    const bool *is_robot = context;
+    ad_status status = is_robot && *is_robot ? AD_OK : check_start(config, error);
     status = status == AD_OK ? choose_formulation(config, error) : status;
     status = status == AD_OK ? choose_training(config, error) : status;
     if (status == AD_OK && config_controls(config)) {
@@ -262,11 +264,16 @@ static ad_status read_plant(const char *path, int count, const char *const *over
     if (surrogate_is_given(&nominal->surrogate)) {
         all[count++] = "surrogate=null";
     }
-    ad_status status = prepare_read(path, NULL, count, all, plant, error);
+    const bool is_robot = true;
+    ad_status status = config_read(path, NULL, count, all, plant, error);
     free(all);
+    status = status == AD_OK ? config_with_points(*plant, choose, &is_robot, error) : status;
+    status = status == AD_OK ? prepare_start(*plant, error) : status;
     if (status == AD_OK) {
         return AD_OK;
     }
+    config_free(*plant);
+    *plant = NULL;
     snprintf(reason, sizeof reason, "%s", error->message);
     return ad_fail(error, status == AD_NO_MEMORY ? status : AD_BAD_INPUT,
                    "%.200s: control.plant.set: %.280s", path, reason);
