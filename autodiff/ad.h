@@ -296,8 +296,7 @@ ad_program_info ad_program_inspect(const ad_program *program);
 
 /* Every instruction on a line of its own: the value %n of the tape that it computes, and @ where in
  * the workspace (in units of a tile; / units between rows). Then follow operands with their places,
- * products with sizes and operations, and the last instruction that reads the result. Groups,
- * outputs and what shares memory as well. file NULL is stderr. */
+ * and products with sizes and operations. Groups and outputs as well. file NULL is stderr. */
 void ad_program_print(const ad_program *program, FILE *file);
 
 typedef struct ad_run {

@@ -1,7 +1,6 @@
 /* What a tape and a program look like, for people who look for a fault or for time. */
 #include "autodiff/compile/program.h"
 
-#include <limits.h>
 #include <stdlib.h>
 
 static const char *plural(size_t count)
@@ -78,74 +77,16 @@ void ad_tape_print(const ad_tape *tape, FILE *file)
 
 /* ---- programs ------------------------------------------------------------------------------- */
 
-enum { UNTIL_OUTPUT = INT_MAX, UNTIL_NEVER = -1 };
-
 typedef struct printer {
     const ad_program *program;
     const pass *pass;
     FILE *file;
-    int *holder; /* [units] the value that each holds, -1: none yet */
-    int *last;   /* [units] the last instruction that reads it before it is written again */
-    int *until;  /* [instructions] the last one that reads what this one writes */
+    int *holder; /* [units] the value that each holds */
 } printer;
 
 static int columns_of(const instruction *i)
 {
     return i->columns > 1 ? i->columns : 1;
-}
-
-static int largest(int a, int b)
-{
-    return a > b ? a : b;
-}
-
-/* The last reader of what a place holds. */
-static int last_reader(const printer *p, place at, int columns)
-{
-    int last = UNTIL_NEVER;
-    for (int row = 0; row < at.rows; row++) {
-        for (int c = 0; c < columns; c++) {
-            last = largest(last, p->last[at.offset + row * at.stride + c]);
-        }
-    }
-    return last;
-}
-
-/* all: whoever read it before; otherwise only where nobody is known to read later. */
-static void set_reader(printer *p, place at, int columns, int reader, bool all)
-{
-    for (int row = 0; at.kind == PLACE_TILE && row < at.rows; row++) {
-        for (int c = 0; c < columns; c++) {
-            int *last = &p->last[at.offset + row * at.stride + c];
-            *last = all || *last == UNTIL_NEVER ? reader : *last;
-        }
-    }
-}
-
-/* From the end to the beginning. */
-static void find_lifetimes(printer *p)
-{
-    for (int i = 0; i < p->pass->units; i++) {
-        p->last[i] = UNTIL_NEVER;
-    }
-    for (int i = 0; i < p->pass->output_count; i++) {
-        set_reader(p, p->pass->outputs[i].from, 1, UNTIL_OUTPUT, true);
-    }
-    for (int i = 0; i < p->pass->kept_count; i++) {
-        set_reader(p, p->pass->kept[i].from, 1, UNTIL_OUTPUT, true);
-    }
-    for (int n = p->pass->count - 1; n >= 0; n--) {
-        const instruction *i = &p->pass->instructions[n];
-        int columns = columns_of(i);
-        if (i->out.kind == PLACE_TILE) {
-            p->until[n] = last_reader(p, i->out, columns);
-            set_reader(p, i->out, columns, UNTIL_NEVER, true);
-        }
-        for (int k = 0; k < AD_ARITY_MAX; k++) {
-            bool matrix = k == 0 && columns > 1 && i->op != OP_OUTER_SUM;
-            set_reader(p, i->in[k], matrix ? 1 : columns, n, false);
-        }
-    }
 }
 
 /* The leaf, or the uniform value, that lies at a place; -1: none. */
@@ -193,21 +134,7 @@ static void put_result(const printer *p, const instruction *i)
     fprintf(p->file, "%*s", n < 24 ? 24 - n : 1, "");
 }
 
-static void put_lifetime(const printer *p, int number)
-{
-    if (p->pass->instructions[number].out.kind != PLACE_TILE) {
-        return;
-    }
-    if (p->until[number] == UNTIL_OUTPUT) {
-        fputs("; output", p->file);
-    } else {
-        fprintf(p->file, "; read until %d", p->until[number]);
-    }
-    fputs(p->pass->instructions[number].out.local ? ", in its group" : "", p->file);
-}
-
-/* "12 %45@128/5  matvec "w" %40@0; 64 x 64 times 5 columns, 40960 flops per point; read until 14"
- */
+/* "12 %45@128/5  matvec "w" %40@0; 64 x 64 times 5 columns, 40960 flops per point" */
 static void put_instruction(const printer *p, int number)
 {
     const instruction *i = &p->pass->instructions[number];
@@ -224,8 +151,7 @@ static void put_instruction(const printer *p, int number)
                 plural((size_t)i->columns), instruction_flops(i),
                 p->pass->members ? "member" : "point");
     }
-    put_lifetime(p, number);
-    fputc('\n', p->file);
+    fputs(i->out.local ? "; in its group\n" : "\n", p->file);
 }
 
 static void hold(printer *p, const instruction *i)
@@ -246,33 +172,14 @@ static void put_groups(printer *p)
         fprintf(p->file, "  group %d: %d instruction%s of %d row%s", g, now->count,
                 plural((size_t)now->count), rows, plural((size_t)rows));
         if (now->pieces) {
-            fprintf(p->file, ", %d at a time", largest(settings->piece / p->program->tile, 1));
+            const int most = settings->piece / p->program->tile;
+            fprintf(p->file, ", %d at a time", most > 1 ? most : 1);
         }
         fputc('\n', p->file);
         for (int i = now->first; i < now->first + now->count; i++) {
             put_instruction(p, i);
             hold(p, &p->pass->instructions[i]);
         }
-    }
-}
-
-/* Which values use the same numbers of the workspace, one after the other. */
-static void put_workspace(const printer *p)
-{
-    fprintf(p->file, "  workspace of %d numbers per point: values in turn, by where they begin\n",
-            p->pass->units);
-    for (int at = 0; at < p->pass->units; at++) {
-        int listed = 0;
-        for (int n = 0; n < p->pass->count; n++) {
-            const instruction *i = &p->pass->instructions[n];
-            if (i->out.kind == PLACE_TILE && i->out.offset == at) {
-                if (listed++ == 0) {
-                    fprintf(p->file, "  %5d ", at);
-                }
-                fprintf(p->file, " %%%d", i->value);
-            }
-        }
-        fputs(listed ? "\n" : "", p->file);
     }
 }
 
@@ -311,12 +218,8 @@ static bool put_pass(const ad_program *program, int number, FILE *file)
     if (last) {
         return true;
     }
-    size_t units = (size_t)now->units + 1;
-    p.holder = calloc(2 * units, sizeof *p.holder);
-    p.until = calloc((size_t)now->count + 1, sizeof *p.until);
-    if (p.holder && p.until) {
-        p.last = p.holder + units;
-        find_lifetimes(&p);
+    p.holder = calloc((size_t)now->units + 1, sizeof *p.holder);
+    if (p.holder) {
         put_inputs(&p, number);
         put_groups(&p);
         for (int i = 0; i < now->output_count; i++) {
@@ -329,11 +232,9 @@ static bool put_pass(const ad_program *program, int number, FILE *file)
             put_place(&p, now->kept[i].from);
             fputc('\n', file);
         }
-        put_workspace(&p);
     }
-    bool ok = p.holder && p.until;
+    const bool ok = p.holder != NULL;
     free(p.holder);
-    free(p.until);
     return ok;
 }
 

@@ -367,7 +367,6 @@ static void test_print(void **state)
         "outer_sum",
         "3 rows, ",
         "2 matrix products per tile, 24 flops per point; 7 sums",
-        "read until ",
         "output 1: %"};
     for (size_t i = 0; i < sizeof expected / sizeof *expected; i++) {
         if (!strstr(text, expected[i])) {
@@ -411,8 +410,7 @@ static void test_many_alike(void **state)
     ad_tape_free(tape);
 }
 
-/* Of values that stand side by side a row is as far from the next as there are columns: who reads
- * them last, and what is read of them. */
+/* Of values that stand side by side a row is as far from the next as there are columns. */
 static void test_print_strides(void **state)
 {
     (void)state;
@@ -428,11 +426,9 @@ static void test_print_strides(void **state)
     ad_value both = ad_mul(x[0], ad_add(y[0], y[1]));
     compiled c = compile_values(1, &both, NULL, 1);
     char *text = printed(c.program);
-    static const char *const expected[] = {"%2@4/2                  sin \"x\"@0; read until 4\n",
-                                           "%5@5/2                  sin \"y\"@2; read until 2\n",
-                                           " 24 flops per point; read until 3\n",
-                                           "add %3@12 %3@13; read until 4\n",
-                                           "mul %2@4 %9@0; output\n"};
+    static const char *const expected[] = {
+        "%2@4/2                  sin \"x\"@0\n", "%5@5/2                  sin \"y\"@2\n",
+        " 24 flops per point\n", "add %3@12 %3@13\n", "mul %2@4 %9@0"};
     for (size_t i = 0; i < sizeof expected / sizeof *expected; i++) {
         if (!strstr(text, expected[i])) {
             fail_msg("\"%s\" is missing in:\n%s", expected[i], text);
