@@ -98,7 +98,7 @@ typedef struct control_settings {
     control_model model;
     const char *residual; /* a file, absolute once read; NULL: the model as it is */
     double weight_rate, weight_effort;
-    double accuracy; /* m */
+    double accuracy; /* m; NAN: of the task (loop_create) */
     double offset;   /* 0 to 1: controller_settings.offset */
     int rate_count, low_count, high_count;
     double rate[CONTROL_INPUTS_MAX], low[CONTROL_INPUTS_MAX], high[CONTROL_INPUTS_MAX];

@@ -407,10 +407,16 @@ static ad_status rest(control_loop *loop, ad_error *error)
     return status == AD_OK ? linearise(loop, error) : status;
 }
 
+/* What cannot be reached at rest pulls on the inputs until they jump from one end of their ranges
+ * to the other, unless its square costs as little as the inputs do. */
 static ad_status place_task(control_loop *loop, ad_error *error)
 {
-    return equilibria_place_task(loop->rest, &loop->control.task, &loop->reach, &loop->reach_worst,
-                                 error);
+    enum { USUAL = 1000 }; /* 1/m */
+    control_settings *c = &loop->control;
+    const ad_status status =
+        equilibria_place_task(loop->rest, &c->task, &loop->reach, &loop->reach_worst, error);
+    c->accuracy = isnan(c->accuracy) ? fmax(1.0 / USUAL, loop->reach) : c->accuracy;
+    return status;
 }
 
 /* Where the robot starts, and the path from there. */

@@ -75,7 +75,7 @@ replay with_300 controlled_1_300g 0.3 "300 g"
 # Closed loops of the same laboratory, on a hose of February 2025 with other motors: a circle across the vertical in 10 s
 # that begins where the tip hangs, heights do not count. Beside them the loop here, in simulation of the hose that was
 # identified: its plant has more modes, 300 g that the filter has to find, and then tendons and hose that are 10 % off.
-# Inputs cannot be compared; they are of other motors. Where the path is out of reach an accuracy of 1 mm makes them jump.
+# Inputs cannot be compared; they are of other motors.
 loops=stack/main/data/trajectories/closed_loop
 off_circle() { # radius in m, file...: the least rms of the files, in mm, after the first second
     local radius=$1 file
@@ -91,7 +91,7 @@ loop() { # log, radius in mm, keys in which the plant differs besides
     task+=", centre: [0.1003, -0.308, $(awk -v r="$2" 'BEGIN { print 0.105 - r / 1000 }')]}"
     run "$1.txt" cpinn-control "$scenes/trunk.yaml" "${found[@]}" --set 'data=[]' --json "$1.json" --out "$1.csv" \
         --set 'surrogate={step: 0.02, modes: [2, 0, 1, 0], parameters: [payload]}' \
-        --set "control={task: $task, duration: 11, accuracy: 0.005, measurements: [{what: position, noise: 1.0e-3}]}" \
+        --set "control={task: $task, duration: 11, measurements: [{what: position, noise: 1.0e-3}]}" \
         --set 'control.estimate=[payload]' --set "control.plant={modes: [3, 1, 2, 1], set: [parameters.payload=0.3$3]}"
 }
 circle() { # radius in mm, file...
