@@ -536,24 +536,23 @@ static void write_selftest(const export_family *family, FILE *file)
         export_put_integers(file, (size_t)compared, places, "static const int places[]");
     }
     fprintf(file,
-            "enum { MEMBERS = %d, N = %d, P = %d, STEPS = %d, COMPARED = %d };\n#define SHAPE_BY "
-            "%d\n#define LARGEST %.17g\n#define TOLERANCE %g\n\n",
-            family->members, rows, count, family->steps, compared, family->shape_by, scale,
-            family->single ? 1e-3
-            : family->steps > 1
-                ? 1e-6   /* forces of two steps, not of the curvature */
-                : 1e-9); /* rounding, a thousand times and more larger near a fold */
+            "enum { MEMBERS = %d, N = %d, P = %d, STEPS = %d, SETTLED = 9, COMPARED = %d,\n"
+            "       ROWS = %d * %d };\n#define SHAPE_BY %d\n#define LARGEST %.17g\n"
+            "#define TOLERANCE %g\n#define STEP %g\n#define DIFFERENCES %g\n\n",
+            family->members, rows, count, family->steps, compared,
+            family->shape_by ? compared + 1 : 1, family->columns, family->shape_by, scale,
+            family->single      ? 1e-3
+            : family->steps > 1 ? 1e-6  /* forces of two steps, not of the curvature */
+                                : 1e-9, /* rounding, a thousand times and more larger near a fold */
+            family->single ? 0.02 : 1e-3, family->single ? 0.05 : 1e-3);
     const size_t members = (size_t)family->members, n = (size_t)rows,
-                 columns = (size_t)family->columns, numbers = (size_t)compared * columns,
-                 parameters = (size_t)count;
+                 columns = (size_t)family->columns, numbers = (size_t)compared * columns;
     export_put_rows(family->single ? "static const float parameters"
                                    : "static const double parameters",
-                    members, parameters, family->parameters, family->single, file);
+                    members, (size_t)count, family->parameters, family->single, file);
     export_put_rows("static const double curvature", members, n, family->curvature, false, file);
     export_put_rows("static const double polished", members, n, family->polished, false, file);
     export_put_rows("static const double columns", members, numbers, family->shapes, false, file);
-    export_put_rows("static const double derivatives", members, numbers * parameters,
-                    family->jacobian, false, file);
     export_put_rows("static const double scale", 1, columns, family->scale, false, file);
     fputc('\n', file);
     export_put_lines(family->name, family->single ? EXPORT_FLOAT : EXPORT_DOUBLE,

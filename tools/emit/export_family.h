@@ -51,9 +51,8 @@ typedef struct export_family {
      * times the length by the network, and after `steps`. */
     int members, steps;
     const double *parameters, *curvature, *polished; /* [members][parameters], [3 nodes] twice */
-    const double *shapes,
-        *jacobian;                /* then, [compared][columns], [compared][columns][parameters] */
-    double scale[STRAIN_COLUMNS]; /* of each of the columns */
+    const double *shapes;                            /* then, [compared][columns] */
+    double scale[STRAIN_COLUMNS];                    /* of each of the columns */
     /* Differences from these that cc has measured, by the scales: of the curvature by the network
      * and after a step, then of each column and its derivatives. NaN: not measured. */
     const double *values, *derivatives; /* [1 + columns] */

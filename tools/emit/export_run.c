@@ -1,7 +1,7 @@
 /* Families in the strain form: what the self-test of their C knows. */
 #include "tools/emit/export_model.h"
 
-#include "tools/emit/export_jacobian.h"
+#include "tools/emit/export_shapes.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -12,7 +12,7 @@ enum { PLACES = 21, MEMBERS = 12 };
 
 /* Numbers of the self-test. */
 typedef struct numbers {
-    double *s, *parameters, *said, *polished, *shapes, *jacobian, *values, *curvature;
+    double *s, *parameters, *said, *polished, *shapes, *values, *curvature;
 } numbers;
 
 static bool allocate(export_model *model, numbers *n)
@@ -20,7 +20,7 @@ static bool allocate(export_model *model, numbers *n)
     const size_t count = (size_t)model->family.open->parameter_count;
     const size_t rows = 3 * solve_members_nodes(targets_solver(model->e->targets));
     const size_t shape = (size_t)TARGETS_POINTS * SOLVE_MEMBERS_COLUMNS;
-    const size_t member = rows + (size_t)EXPORT_COMPARED * STRAIN_COLUMNS * (1 + count) + shape;
+    const size_t member = rows + (size_t)EXPORT_COMPARED * STRAIN_COLUMNS + shape;
     model->family_numbers =
         calloc(EXPORT_PLACES_MAX + EXPORT_JUDGED * (count + rows) + MEMBERS * (rows + member),
                sizeof *model->family_numbers);
@@ -29,9 +29,7 @@ static bool allocate(export_model *model, numbers *n)
     n->said = n->s ? n->parameters + EXPORT_JUDGED * count : NULL;
     n->polished = n->s ? n->said + EXPORT_JUDGED * rows : NULL;
     n->shapes = n->s ? n->polished + MEMBERS * rows : NULL;
-    n->jacobian = n->s ? n->shapes + MEMBERS * EXPORT_COMPARED * STRAIN_COLUMNS : NULL;
-    n->curvature =
-        n->s ? n->jacobian + (size_t)MEMBERS * EXPORT_COMPARED * STRAIN_COLUMNS * count : NULL;
+    n->curvature = n->s ? n->shapes + MEMBERS * EXPORT_COMPARED * STRAIN_COLUMNS : NULL;
     n->values = n->s ? n->curvature + MEMBERS * rows : NULL;
     return n->s != NULL;
 }
@@ -44,19 +42,16 @@ static ad_status find_shapes(export_model *model, const numbers *n, const solve_
 {
     enum { POSITION = 3 };
     export_family *f = &model->family;
-    const int count = f->open->parameter_count;
     int which[EXPORT_COMPARED];
     const int compared = export_family_compared(f, which), rows = MEMBERS * compared;
     double s[EXPORT_COMPARED];
     double shapes[MEMBERS * EXPORT_COMPARED * STRAIN_COLUMNS];
-    double *jacobian = malloc((size_t)rows * STRAIN_COLUMNS * (size_t)count * sizeof *jacobian);
     for (int i = 0; i < compared; i++) {
         s[i] = f->s[which[i]];
     }
     const export_shapes asked = {f->open,        &f->mesh, (size_t)compared, s,
                                  model->e->pool, MEMBERS,  n->parameters,    n->polished};
-    ad_status status = jacobian ? export_shapes_find(&asked, shapes, jacobian, error)
-                                : ad_fail(error, AD_NO_MEMORY, "out of memory for a self-test");
+    ad_status status = export_shapes_find(&asked, shapes, error);
     for (int i = 0; i < MEMBERS && status == AD_OK; i++) {
         const double *solved =
             n->values + ((size_t)i * TARGETS_POINTS + TARGETS_POINTS - 1) * SOLVE_MEMBERS_COLUMNS;
@@ -71,9 +66,7 @@ static ad_status find_shapes(export_model *model, const numbers *n, const solve_
     for (int to = 0; to < rows * f->columns && status == AD_OK; to++) {
         const int from = to / f->columns * STRAIN_COLUMNS + f->which[to % f->columns];
         n->shapes[to] = shapes[from];
-        memcpy(n->jacobian + to * count, jacobian + from * count, (size_t)count * sizeof *jacobian);
     }
-    free(jacobian);
     return status;
 }
 
@@ -142,7 +135,6 @@ ad_status export_members_prepare(export_model *model, int places, const double *
     f->curvature = n.curvature;
     f->polished = n.polished;
     f->shapes = n.shapes;
-    f->jacobian = n.jacobian;
     model->outputs = 1 + f->columns; /* lines of the self-test */
     return AD_OK;
 }

@@ -232,6 +232,6 @@ void export_begin_selftest(const char *name, const char *standard, FILE *file)
         "/* Compares %s.c with what cpinn has computed: exit 1 and a line where they differ by\n"
         " * more than rounding.\n"
         " *     cc -std=%s -O2 -o selftest %s.c %s_selftest.c -lm && ./selftest */\n"
-        "#include \"%s.h\"\n\n#include <math.h>\n#include <stdio.h>\n\n",
+        "#include \"%s.h\"\n\n#include <math.h>\n#include <stdio.h>\n#include <string.h>\n\n",
         name, standard, name, name, name);
 }
