@@ -142,15 +142,12 @@ static void set_elements(modes *m, const mesh *mesh)
     }
 }
 
-/* The compliance of each strain at the first point of an element; 0: it is locked. */
-static ad_status compliance_of(const modes *m, int element, const solve_parameters *open,
-                               double compliance[MODES_STRAINS], ad_error *error)
+/* The section at the first point of an element; a strain without compliance is locked. */
+static ad_status section_of(const modes *m, int element, const solve_parameters *open,
+                            solve_section *made, ad_error *error)
 {
-    solve_section made;
-    ad_status status = solve_rod_part(m->rod, SOLVE_SECTIONS, 1, &m->s[element * (m->stages + 1)],
-                                      0, open ? open->values : NULL, (double *)&made, error);
-    memcpy(compliance, made.compliance, sizeof made.compliance);
-    return status;
+    return solve_rod_part(m->rod, SOLVE_SECTIONS, 1, &m->s[element * (m->stages + 1)], 0,
+                          open ? open->values : NULL, (double *)made, error);
 }
 
 /* Modes piece by piece, so that those that move a point are the first so many; of a locked strain
@@ -159,13 +156,14 @@ static ad_status set_modes(modes *m, const mesh *mesh, const solve_parameters *o
                            ad_error *error)
 {
     ad_status status = AD_OK;
-    double compliance[MODES_STRAINS];
+    solve_section made;
     const int per_piece = MODES_STRAINS * largest_count(&m->counts) + 1, hinges = m->hinges;
     const scene_feed *feed = &m->rod->scene.feed;
     const bool fed = feed->to > 0 && (feed->by == SCENE_FED_IN_TIME || open);
     bool failed = false;
-    m->mode =
-        rows((size_t)per_piece * (size_t)m->pieces + (size_t)hinges, sizeof *m->mode, &failed);
+    const size_t most = (size_t)per_piece * (size_t)m->pieces + (size_t)hinges;
+    m->mode = rows(most, sizeof *m->mode, &failed);
+    m->branch.mode = rows(most, sizeof *m->branch.mode, &failed);
     if (failed) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for modes");
     }
@@ -180,10 +178,13 @@ static ad_status set_modes(modes *m, const mesh *mesh, const solve_parameters *o
         const int first = m->size;
         for (last = e; last + 1 < m->elements && !begins_piece(mesh, last + 1 - hinges); last++) {
         }
-        status = compliance_of(m, e, open, compliance, error);
+        status = section_of(m, e, open, &made, error);
         for (int c = 0; c < MODES_STRAINS && status == AD_OK; c++) {
-            m->is_locked |= compliance[c] == 0;
-            for (int k = 0; k < m->counts.of[c] && compliance[c] > 0; k++) {
+            m->is_locked |= made.compliance[c] == 0;
+            for (int k = 0; k < m->counts.of[c] && made.compliance[c] > 0; k++) {
+                if (modes_branch_any(&made)) {
+                    m->branch.mode[m->branch.count++] = m->size;
+                }
                 m->mode[m->size++] = (modes_mode){c, k, e, last};
             }
         }
@@ -256,6 +257,10 @@ static ad_status allocate(modes *m, ad_error *error)
     m->theta = rows(points * 3 * width, sizeof(double), &failed);
     m->rho = rows(points * 3 * width, sizeof(double), &failed);
     m->mass = rows((width + QUAD) * width, sizeof(double), &failed);
+    m->branch.stretch = rows(width, sizeof(double), &failed);
+    m->branch.rate = rows(width, sizeof(double), &failed);
+    m->branch.rest_rate = rows(width, sizeof(double), &failed);
+    m->branch.by = rows(m->branch.count > 0 ? (width + QUAD) * width : 0, sizeof(double), &failed);
     m->room = rows((points * MODES_ROWS + MODES_ROOM) * width, sizeof(double), &failed);
     return failed ? ad_fail(error, AD_NO_MEMORY, "out of memory for %d modes", m->size) : AD_OK;
 }
@@ -363,11 +368,34 @@ ad_status modes_create(solve_rod *rod, const solve_parameters *open, const modes
 void modes_free(modes *m)
 {
     if (m) {
-        void *const owned[] = {
-            m->center,     m->input_step, m->input,  m->inputs_at, m->mode,    m->element,
-            m->point,      m->value,      m->s,      m->jump_at,   m->turn_at, m->along,
-            m->actuators,  m->pull_by,    m->theta,  m->rho,       m->mass,    m->room,
-            m->feed.slope, m->feed.trial, m->feed.q, m->longer,    m->guides};
+        void *const owned[] = {m->center,
+                               m->input_step,
+                               m->input,
+                               m->inputs_at,
+                               m->mode,
+                               m->element,
+                               m->point,
+                               m->value,
+                               m->s,
+                               m->jump_at,
+                               m->turn_at,
+                               m->along,
+                               m->actuators,
+                               m->pull_by,
+                               m->theta,
+                               m->rho,
+                               m->mass,
+                               m->room,
+                               m->feed.slope,
+                               m->feed.trial,
+                               m->feed.q,
+                               m->longer,
+                               m->guides,
+                               m->branch.mode,
+                               m->branch.stretch,
+                               m->branch.rate,
+                               m->branch.rest_rate,
+                               m->branch.by};
         for (size_t i = 0; i < sizeof owned / sizeof *owned; i++) {
             free(owned[i]);
         }

@@ -8,6 +8,28 @@
 
 /* ---- making -------------------------------------------------------------------------------- */
 
+/* Numbers of all that a branch has. */
+static size_t branch_size(const modes *m, int stages)
+{
+    const size_t s = (size_t)stages, rows = 5 * s + s * s + 3 + 2 * s * (size_t)m->inputs;
+    return m->branch.count > 0 ? (rows + (size_t)m->width) * (size_t)m->size : 0;
+}
+
+static void take_branch(collocation *x, double *at)
+{
+    collocation_branch *to = &x->branch;
+    const size_t n = (size_t)x->size, s = (size_t)x->by.rule.stages, inputs = (size_t)x->m->inputs;
+    double **const parts[] = {&to->left,    &to->by,       &to->start,   &to->from,
+                              &to->stretch, &to->change,   &to->rate,    &to->rest_rate,
+                              &to->matrix,  &to->relaxing, &to->rate_by, &to->rest_by};
+    const size_t rows[] = {s, s * s,      1,         1, s, s, s, s, (size_t)x->m->width,
+                           1, s * inputs, s * inputs};
+    for (size_t i = 0; i < sizeof rows / sizeof *rows && x->m->branch.count > 0; i++) {
+        *parts[i] = at;
+        at += rows[i] * n;
+    }
+}
+
 ad_status collocation_create(modes *m, int stages, collocation **result, ad_error *error)
 {
     ad_status status = ad_dense_load(error);
@@ -22,8 +44,9 @@ ad_status collocation_create(modes *m, int stages, collocation **result, ad_erro
     collocation_make_method(stages, &x->by);
     const size_t pairs = (size_t)x->by.pairs;
     int *pivots = malloc(pairs * n * sizeof *pivots);
-    double *at = x->memory =
-        calloc(4 * each + 6 * n + 3 * square + 2 * pairs * n * n + each * (each + 1), sizeof *at);
+    double *at = x->memory = calloc(4 * each + 6 * n + 3 * square + 2 * pairs * n * n +
+                                        each * (each + 1) + branch_size(m, stages),
+                                    sizeof *at);
     x->solve[0].pivot = pivots;
     if (!at || !pivots) {
         collocation_free(x);
@@ -42,6 +65,7 @@ ad_status collocation_create(modes *m, int stages, collocation **result, ad_erro
         at += 2 * n * n;
     }
     x->exact = at;
+    take_branch(x, at + each * (each + 1));
     *result = x;
     return AD_OK;
 }
@@ -76,6 +100,7 @@ static void set_system(const collocation *collocation, double h, double complex 
             f->im[i * n + j] = b * D + d * K;
         }
     }
+    collocation_branch_system(collocation, first, second, f);
 }
 
 static void swap_rows(int n, int i, int j, double *rows)
@@ -195,6 +220,7 @@ void collocation_stage(collocation *collocation, int i, double h, const double *
         collocation->v[k] = v[k] + h * once;
         collocation->q[k] = q[k] + by->rule.nodes[i] * h * v[k] + h * h * twice;
     }
+    collocation_branch_stretch(collocation, i, h, v);
 }
 
 /* The polynomial of the last step's accelerations, at the stages of this one. */
@@ -246,6 +272,7 @@ ad_status collocation_form(collocation *collocation, double t, double h, const d
                         collocation->by_q, collocation->by_v);
         memcpy(collocation->mass, m->mass,
                (size_t)(m->size * m->width) * sizeof *collocation->mass);
+        collocation_branch_form(collocation, middle);
         collocation->counts.matrices++;
         collocation->formed_step = 0;
     }
@@ -388,10 +415,12 @@ static double estimate(collocation *collocation, double h)
     return most * 0.25 / by->rule.stages / by->rule.stages; /* twice integrated */
 }
 
-void collocation_finish(const collocation *collocation, double h, double *q, double *v)
+void collocation_finish(collocation *collocation, double h, double *q, double *v, double *d)
 {
     const collocation_method *by = &collocation->by;
     const int n = collocation->size;
+    collocation_branch_stretch(collocation, by->rule.stages - 1, h, v);
+    collocation_branch_finish(collocation, d);
     for (int k = 0; k < n; k++) {
         double once = 0, twice = 0;
         for (int j = 0; j < by->rule.stages; j++) {
@@ -414,7 +443,7 @@ static void add_energy(const collocation *collocation, double h, const double *i
 }
 
 static void keep(collocation *collocation, double h, const double *q, const double *v,
-                 solve_energy *energy)
+                 const double *d, solve_energy *energy)
 {
     const size_t n = (size_t)collocation->size;
     memcpy(collocation->from_q, q, n * sizeof *q);
@@ -423,13 +452,14 @@ static void keep(collocation *collocation, double h, const double *q, const doub
     add_energy(collocation, h, collocation->by.rule.weights, energy);
     memcpy(collocation->before, collocation->a,
            (size_t)collocation->by.rule.stages * n * sizeof *collocation->a);
+    collocation_branch_keep(collocation, h, d, v);
     collocation->has_polynomial = true;
     collocation->last_step = h;
     collocation->counts.steps++;
 }
 
 void collocation_within(const collocation *collocation, double share, double *q, double *v,
-                        solve_energy *energy)
+                        double *d, solve_energy *energy)
 {
     const collocation_method *by = &collocation->by;
     const double h = collocation->last_step;
@@ -447,19 +477,20 @@ void collocation_within(const collocation *collocation, double share, double *q,
             v[k] += h * integral[j] * collocation->before[j * collocation->size + k];
         }
     }
+    collocation_branch_within(collocation, integral, d);
     *energy = collocation->from_energy;
     add_energy(collocation, h, integral, energy);
 }
 
 /* Newton's method for a step of length h as predicted; *failed: it came to nothing. */
 static ad_status attempt(collocation *collocation, double t, double h, double tolerance,
-                         const double *q, const double *v, bool *slow, bool *failed,
-                         ad_error *error)
+                         const double *q, const double *v, const double *d, bool *slow,
+                         bool *failed, ad_error *error)
 {
     const double of_newton = 1e-2;
-    ad_status status = AD_OK;
+    ad_status status = collocation_branch_begin(collocation, t, h, NULL, d, error);
     predict(collocation, h);
-    if (collocation->must_form) {
+    if (status == AD_OK && collocation->must_form) {
         status = collocation_form(collocation, t, h, NULL, q, v, error);
     }
     if (status == AD_OK && collocation->formed_step != h) {
@@ -472,7 +503,7 @@ static ad_status attempt(collocation *collocation, double t, double h, double to
 }
 
 ad_status collocation_next(collocation *collocation, double *t, double end, double tolerance,
-                           double *q, double *v, solve_energy *energy, ad_error *error)
+                           double *q, double *v, double *d, solve_energy *energy, ad_error *error)
 {
     const double smallest = 1e-13 * fmax(1, fabs(end)), left = end - *t;
     collocation->asks_power = true;
@@ -483,7 +514,7 @@ ad_status collocation_next(collocation *collocation, double *t, double end, doub
         const double h =
             clipped ? left : fmin(collocation->step, 0.5 * left + 0.25 * collocation->step);
         bool slow = false, failed = false;
-        ad_status status = attempt(collocation, *t, h, tolerance, q, v, &slow, &failed, error);
+        ad_status status = attempt(collocation, *t, h, tolerance, q, v, d, &slow, &failed, error);
         if (status != AD_OK) {
             return status;
         }
@@ -496,8 +527,8 @@ ad_status collocation_next(collocation *collocation, double *t, double end, doub
         double factor = fmin(4, fmax(0.2, 0.9 * pow(tolerance / fmax(error_now, 1e-300),
                                                     1.0 / (collocation->by.rule.stages + 1))));
         if (!failed && error_now <= tolerance) {
-            keep(collocation, h, q, v, energy);
-            collocation_finish(collocation, h, q, v);
+            keep(collocation, h, q, v, d, energy);
+            collocation_finish(collocation, h, q, v, d);
             *t = clipped ? end : *t + h;
             factor = factor > 0.9 && factor < 1.3 ? 1 : factor; /* keeps the factors */
             collocation->step = clipped ? fmax(collocation->step, h * factor) : h * factor;

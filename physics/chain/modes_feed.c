@@ -31,9 +31,9 @@ static const double MODE_STEP = 1e-5, RATE_STEP = 1e-2, SECOND_STEP = 1;
 
 /* ---- making -------------------------------------------------------------------------------- */
 
-static const char *refused(const solve_rod *rod)
+static const char *refused(const modes *m)
 {
-    const scene *given = &rod->scene;
+    const scene *given = &m->rod->scene;
     return !scene_rests_straight(given) ? "a rest shape that is not straight"
            : !scene_end_holds_rotation(given->start.type)
                ? "a start that does not hold the rotation"
@@ -42,7 +42,8 @@ static const char *refused(const solve_rod *rod)
            : quantity_is_something(given->loads.added_mass)          ? "added mass of a fluid"
            : quantity_any_something(3, given->loads.magnetic_moment) ? "a magnetised rod"
            : given->rod.law                                          ? "a law of the section"
-           : rod->lengths > 0 ? "tendons of given displacement"
+           : m->branch.count > 0 ? "a Maxwell branch of the material"
+           : m->rod->lengths > 0 ? "tendons of given displacement"
            : quantity_any_something(3, given->initial.velocity) ||
                    quantity_any_something(3, given->initial.angular_velocity)
                ? "an initial velocity"
@@ -52,7 +53,7 @@ static const char *refused(const solve_rod *rod)
 ad_status modes_feed_create(modes *m, ad_error *error)
 {
     const scene *given = &m->rod->scene;
-    const char *why = refused(m->rod);
+    const char *why = refused(m);
     if (m->feed.mode < 0) {
         return AD_OK;
     }

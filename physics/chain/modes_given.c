@@ -54,7 +54,7 @@ static ad_status give_sections(modes *m, ad_error *error)
         memcpy(to->stiffness, made[p].stiffness, sizeof to->stiffness); /* 0: locked */
         memcpy(to->damping, made[p].damping, sizeof to->damping);
     }
-    return status;
+    return status == AD_OK ? modes_branch_give(m, made, error) : status;
 }
 
 static ad_status give_rest(modes *m, ad_error *error)
@@ -75,6 +75,7 @@ static ad_status give_rest(modes *m, ad_error *error)
             memcpy(to->origin, to->rest, sizeof to->origin);
         }
     }
+    modes_branch_rest(m);
     return status;
 }
 

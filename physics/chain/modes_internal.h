@@ -25,7 +25,8 @@ typedef struct modes_point {
     double s, weight;
     /* given; strains as MODES_STRAINS */
     double stiffness[MODES_STRAINS], damping[MODES_STRAINS];
-    double origin[MODES_STRAINS]; /* strain of modes that are all 0 */
+    double branch[MODES_STRAINS], relaxing; /* of a Maxwell branch: its spring, one over its time */
+    double origin[MODES_STRAINS];           /* strain of modes that are all 0 */
     double rest[MODES_STRAINS], rest_rate[MODES_STRAINS];
     inertia inertia;
     double dead[6]; /* force and moment of dead loads */
@@ -34,6 +35,7 @@ typedef struct modes_point {
     double q[4], R[3][3], r[3];
     double spin[3], velocity[3], spin_rate[3], acceleration[3];
     double strain[MODES_STRAINS], rate[MODES_STRAINS], second[MODES_STRAINS];
+    double stretch[MODES_STRAINS];                   /* of that spring */
     double along[3], along_rate[3], along_second[3]; /* R v, R v_t, R v_tt */
     double turned_rate[3], turned_second[3];         /* R u_t, R u_tt */
     double turning[3];                               /* w x R v */
@@ -165,6 +167,12 @@ struct modes {
         double now[3];   /* the angle and its rates */
         double moment;   /* by which the drive turns */
     } turn;
+    struct modes_branch {         /* of Maxwell (modes_branch.c) */
+        int count, *mode;         /* [count] modes that stretch a spring; 0: there is none */
+        double *stretch;          /* [size] of the springs, as modes_stretch took it, */
+        double *rate, *rest_rate; /* [size] one over its time, and what the rest shape adds */
+        double *by;               /* [width] rows: the residual by the stretch */
+    } branch;
     double *mass; /* [width] */
     double *room; /* work of modes_matrix.c */
 };
@@ -285,6 +293,24 @@ ad_status modes_turn_find(modes *m, const solve_parameters *open, ad_error *erro
 void modes_turn_take(modes *m, const double *q, const double *v, const double *a);
 double modes_turn_residual(const modes *m);
 void modes_turn_derivatives(modes *m, double *by_q, double *by_v);
+
+/* ---- a Maxwell branch (modes_branch.c) ---- */
+
+bool modes_branch_any(const solve_section *section);
+
+/* Takes what the sections [points] say. AD_BAD_INPUT: a time that varies along a piece. */
+ad_status modes_branch_give(modes *m, const solve_section *made, ad_error *error);
+void modes_branch_rest(modes *m);
+
+/* The stretch d [size] of springs for all that follows; NULL: 0. Of other modes it is not read. */
+void modes_stretch(modes *m, const double *d);
+
+/* Of the shape as it is: branch.by. */
+void modes_branch_derivatives(modes *m);
+
+/* [inputs][size] derivatives of branch.rate and branch.rest_rate by the inputs as they are. */
+ad_status modes_branch_by_inputs(modes *m, double t, double *rate_by, double *rest_by,
+                                 ad_error *error);
 
 /* ---- what is fed through a port (modes_feed.c) ---- */
 

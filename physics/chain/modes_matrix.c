@@ -576,6 +576,9 @@ void modes_linearise(modes *m, const double *q, const double *v, const double *a
     modes_forces(m, true, residual);
     modes_mass(m);
     modes_derivatives(m, by_q, by_v);
+    if (m->branch.count > 0) {
+        modes_branch_derivatives(m);
+    }
     if (m->feed.mode >= 0) {
         modes_feed_derivatives(m, q, v, a, by_q, by_v);
     }

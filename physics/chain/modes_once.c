@@ -35,12 +35,12 @@ static ad_status stage_rows(collocation *collocation, int i, double t, double h,
             }
         }
     }
+    collocation_branch_rows(collocation, i, h, columns, rows);
     return AD_OK;
 }
 
-/* The right columns of [n][columns] become the solutions of the left [n][n], by elimination: for
- * the sizes of a step twice as quick as a library. */
-FOR_EACH_PROCESSOR static bool eliminate(int n, int columns, double *rows)
+/* By elimination: for the sizes of a step twice as quick as a library. */
+FOR_EACH_PROCESSOR bool collocation_eliminate(int n, int columns, double *rows)
 {
     for (int i = 0; i < n; i++) {
         int best = i;
@@ -101,7 +101,7 @@ static ad_status newton_exact(collocation *collocation, double t, double h, cons
             }
         }
         collocation->counts.matrices += collocation->by.rule.stages;
-        if (!eliminate(all, columns, collocation->exact)) {
+        if (!collocation_eliminate(all, columns, collocation->exact)) {
             return AD_OK;
         }
         for (int k = 0; k < all; k++) {
@@ -116,13 +116,15 @@ static ad_status newton_exact(collocation *collocation, double t, double h, cons
 
 /* Accelerations of a step that starts from nothing but q and v. */
 static ad_status solve_once(collocation *collocation, double t, double h, const double *inputs,
-                            double tolerance, const double *q, const double *v, ad_error *error)
+                            double tolerance, const double *q, const double *v, const double *d,
+                            ad_error *error)
 {
     bool slow, failed = true;
     const size_t size =
         (size_t)(collocation->by.rule.stages * collocation->size) * sizeof *collocation->a;
     memset(collocation->a, 0, size);
-    ad_status status = collocation_form(collocation, t, h, inputs, q, v, error);
+    ad_status status = collocation_branch_begin(collocation, t, h, inputs, d, error);
+    status = status == AD_OK ? collocation_form(collocation, t, h, inputs, q, v, error) : status;
     if (status == AD_OK && collocation_factor(collocation, h)) {
         status =
             collocation_iterate(collocation, t, h, inputs, tolerance, q, v, &slow, &failed, error);
@@ -137,14 +139,14 @@ static ad_status solve_once(collocation *collocation, double t, double h, const 
 }
 
 ad_status collocation_once(collocation *collocation, double t, double h, const double *inputs,
-                           const double *after, double tolerance, double *q, double *v,
+                           const double *after, double tolerance, double *q, double *v, double *d,
                            ad_error *error)
 {
     collocation->after = after;
     collocation->asks_power = false;
-    ad_status status = solve_once(collocation, t, h, inputs, tolerance, q, v, error);
+    ad_status status = solve_once(collocation, t, h, inputs, tolerance, q, v, d, error);
     if (status == AD_OK) {
-        collocation_finish(collocation, h, q, v);
+        collocation_finish(collocation, h, q, v, d);
     }
     collocation->after = NULL;
     return status;
@@ -155,11 +157,12 @@ ad_status collocation_once(collocation *collocation, double t, double h, const d
 size_t collocation_derivative_room(const collocation *collocation)
 {
     const size_t n = (size_t)collocation->size, all = (size_t)collocation->by.rule.stages * n;
-    return all * (all + 2 * n + 2 * (size_t)collocation->m->inputs) +
+    const size_t states = 2 * n + (size_t)collocation->m->branch.count;
+    return all * (all + states + 2 * (size_t)collocation->m->inputs) +
            n * (size_t)collocation->m->inputs;
 }
 
-/* Beside the matrix: minus the derivatives of the residual by q, v, inputs, ends of some. */
+/* Beside the matrix: minus the derivatives of the residual by q, v, d, inputs, ends of some. */
 static ad_status derivative_rows(collocation *collocation, int i, double t, double h,
                                  const double *inputs, collocation_ends ends, const double *q,
                                  const double *v, int columns, double *rows, double *by_inputs,
@@ -167,6 +170,7 @@ static ad_status derivative_rows(collocation *collocation, int i, double t, doub
 {
     modes *m = collocation->m;
     const int n = collocation->size, width = m->width, all = collocation->by.rule.stages * n;
+    const int states = 2 * n + m->branch.count;
     const double late = collocation->by.rule.nodes[i] * h;
     ad_status status = stage_rows(collocation, i, t, h, inputs, q, v, columns, rows, error);
     if (status == AD_OK && m->inputs > 0) {
@@ -180,35 +184,75 @@ static ad_status derivative_rows(collocation *collocation, int i, double t, doub
             row[n + c] =
                 -collocation->by_v[r * width + c] - late * collocation->by_q[r * width + c];
         }
+        for (int k = 2 * n; k < states; k++) {
+            row[k] = 0;
+        }
         for (int k = 0; k < m->inputs; k++) {
-            row[2 * n + k] = -by_inputs[r * m->inputs + k];
+            row[states + k] = -by_inputs[r * m->inputs + k];
         }
         for (int k = 0; k < ends.count; k++) {
-            row[2 * n + m->inputs + k] =
+            row[states + m->inputs + k] =
                 -collocation->by.rule.nodes[i] * by_inputs[r * m->inputs + ends.first + k];
         }
     }
+    collocation_branch_derivatives(collocation, i, ends, columns, all + n, rows);
     return status;
+}
+
+/* Rows of d at the end of the step, from those of accelerations in `room`. */
+static void branch_rows(const collocation *collocation, double h, collocation_ends ends,
+                        int columns, const double *room, double *by)
+{
+    const modes *m = collocation->m;
+    const int n = m->size, s = collocation->by.rule.stages, inputs = m->inputs;
+    const int states = 2 * n + m->branch.count, wanted = states + inputs + ends.count;
+    for (int b = 0; b < m->branch.count; b++) {
+        const int k = m->branch.mode[b];
+        double *to = by + (2 * n + b) * wanted, accelerated[COLLOCATION_STAGES_MAX] = {0};
+        for (int l = 0; l < s; l++) {
+            for (int j = 0; j < s; j++) {
+                accelerated[l] += h * collocation->branch.by[((s - 1) * s + j) * n + k] *
+                                  collocation->by.rule.matrix[j][l];
+            }
+        }
+        for (int c = 0; c < wanted; c++) {
+            const int p = c - states;
+            to[c] = c == n + k       ? collocation_branch_by_rate(collocation, s - 1, k)
+                    : c == 2 * n + b ? collocation->branch.left[(s - 1) * n + k]
+                    : p < 0          ? 0
+                                     : collocation_branch_by_input(collocation, s - 1, k,
+                                                          p < inputs ? p : ends.first + p - inputs,
+                                                                   p >= inputs);
+            for (int l = 0; l < s; l++) {
+                to[c] += accelerated[l] * room[(l * n + k) * columns + s * n + c];
+            }
+        }
+    }
 }
 
 ad_status collocation_derivatives(collocation *collocation, double t, double h,
                                   const double *inputs, const double *after, collocation_ends ends,
-                                  const double *q, const double *v, double *room, double *by,
-                                  ad_error *error)
+                                  const double *q, const double *v, const double *d, double *room,
+                                  double *by, ad_error *error)
 {
     const collocation_method *method = &collocation->by;
     const int n = collocation->size, all = method->rule.stages * n,
-              wanted = 2 * n + collocation->m->inputs + ends.count;
+              wanted = 2 * n + collocation->m->branch.count + collocation->m->inputs + ends.count;
     const int columns = all + wanted;
     double *by_inputs = room + all * columns;
-    ad_status status = AD_OK;
     collocation->after = after;
+    ad_status status = collocation_branch_begin(collocation, t, h, inputs, d, error);
+    status =
+        status == AD_OK ? collocation_branch_by_inputs(collocation, t, h, inputs, error) : status;
+    for (int i = 0; i < method->rule.stages && status == AD_OK; i++) {
+        collocation_branch_stretch(collocation, i, h, v);
+    }
     for (int i = 0; i < method->rule.stages && status == AD_OK; i++) {
         status = derivative_rows(collocation, i, t, h, inputs, ends, q, v, columns,
                                  room + i * n * columns, by_inputs, error);
     }
     collocation->after = NULL;
-    if (status == AD_OK && !eliminate(all, columns, room)) {
+    if (status == AD_OK && !collocation_eliminate(all, columns, room)) {
         status = ad_fail(error, AD_NOT_FINITE, "the derivative of a step is singular");
     }
     for (int k = 0; k < n && status == AD_OK; k++) {
@@ -222,6 +266,9 @@ ad_status collocation_derivatives(collocation *collocation, double t, double h,
                 to_v[c] += h * method->rule.weights[j] * a;
             }
         }
+    }
+    if (status == AD_OK) {
+        branch_rows(collocation, h, ends, columns, room, by);
     }
     return status;
 }

@@ -25,6 +25,12 @@ static void strain_points(modes *m, int e, const double *q, const double *v, con
             at->rate[c] += value[k] * (fed ? m->feed.now[1] : v[k]);
             at->second[c] += fed ? value[k] * m->feed.now[2] : a ? value[k] * a[k] : 0;
         }
+        if (m->branch.count > 0) {
+            memset(at->stretch, 0, sizeof at->stretch);
+            for (int k = element->own; k < element->end; k++) {
+                at->stretch[m->mode[k].strain] += value[k] * m->branch.stretch[k];
+            }
+        }
     }
 }
 
@@ -333,6 +339,9 @@ static void stress_points(modes *m, int e, bool derive)
         number_law_elastic_wrench(off, off + MODES_U, at->stiffness, stress);
         const double *rate = modes_strain_rate(at);
         number_law_damping_wrench(rate, rate + MODES_U, at->damping, stress);
+        if (m->branch.count > 0) {
+            number_law_elastic_wrench(at->stretch, at->stretch + MODES_U, at->branch, stress);
+        }
         for (int c = 0; c < MODES_STRAINS; c++) {
             at->stress[c] = stress[c] + at->pull[c] + at->law[c];
         }
@@ -487,6 +496,7 @@ solve_energy modes_energy_now(const modes *m)
         energy.kinetic += inertia_energy(&at->inertia, modes_section(at));
         strain_beyond_rest(at, off);
         number_law_elastic_energy(off, off + MODES_U, at->stiffness, &elastic);
+        number_law_elastic_energy(at->stretch, at->stretch + MODES_U, at->branch, &elastic);
         energy.strain += at->weight * elastic;
         if (along->count > 0 && at->weight > 0) {
             energy.strain +=
@@ -546,14 +556,17 @@ void modes_power_now(const modes *m, double *load, double *dissipation)
         if ((along->kinds & ~ACTING_DEAD) && at->weight > 0) {
             add_power(along, m->along + p * along->numbers, at->weight, at, load, dissipation);
         }
-        double off[MODES_STRAINS], elastic[MODES_STRAINS] = {0}, viscous[MODES_STRAINS] = {0};
+        double off[MODES_STRAINS], elastic[MODES_STRAINS] = {0}, viscous[MODES_STRAINS] = {0},
+                                   branch[MODES_STRAINS] = {0};
         strain_beyond_rest(at, off);
         number_law_elastic_wrench(off, off + MODES_U, at->stiffness, elastic);
         number_law_damping_wrench(rate, rate + MODES_U, at->damping, viscous);
+        number_law_elastic_wrench(at->stretch, at->stretch + MODES_U, at->branch, branch);
         for (int c = 0; c < MODES_STRAINS && at->weight > 0; c++) {
-            *dissipation += at->weight * viscous[c] * rate[c];
-            *load -=
-                at->weight * ((elastic[c] + at->law[c]) * at->rest_rate[c] + at->pull[c] * rate[c]);
+            *dissipation +=
+                at->weight * (viscous[c] * rate[c] + at->relaxing * branch[c] * at->stretch[c]);
+            *load -= at->weight * ((elastic[c] + branch[c] + at->law[c]) * at->rest_rate[c] +
+                                   at->pull[c] * rate[c]);
         }
     }
 }

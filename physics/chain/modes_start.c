@@ -313,6 +313,7 @@ ad_status modes_settle(modes *m, const modes_linear *linear, ad_error *error)
     const double near = 1e-11, farthest = 0.5;
     double moved = INFINITY;
     memset(linear->v, 0, (size_t)m->size * sizeof *linear->v);
+    modes_stretch(m, NULL);
     for (int step = 0; step < STEPS && moved > near; step++) {
         modes_linearise(m, linear->q, linear->v, NULL, linear->residual, linear->by_q,
                         linear->by_v);

@@ -27,21 +27,22 @@ ad_status collocation_create(modes *m, int stages, collocation **result, ad_erro
 void collocation_free(collocation *collocation);
 
 /* One step from *t towards `end`, which it does not pass, no error of which is estimated to be
- * above `tolerance` in any mode; inputs as modes_at without any. q, v [size]: before and after.
+ * above `tolerance` in any mode; inputs as modes_at without any. q, v and stretches d of Maxwell
+ * branches (modes_branch.c) [size]: before and after.
  * Work and dissipation are added to energy. AD_NOT_FINITE where steps become too small. */
 ad_status collocation_next(collocation *collocation, double *t, double end, double tolerance,
-                           double *q, double *v, solve_energy *energy, ad_error *error);
+                           double *q, double *v, double *d, solve_energy *energy, ad_error *error);
 
-/* After it: q, v [size] and energy within the step, at a share of its length from 0 to 1, by the
+/* After it: q, v, d [size] and energy within the step, at a share of its length from 0 to 1, by the
  * polynomial through its stages. */
 void collocation_within(const collocation *collocation, double share, double *q, double *v,
-                        solve_energy *energy);
+                        double *d, solve_energy *energy);
 
 /* One step of length h by itself: the same whatever came before. The inputs go linearly to those
  * `after` it (NULL: they are held). Newton's method stops at the tolerance, of modes and rates.
  * AD_NOT_FINITE: it fails. */
 ad_status collocation_once(collocation *collocation, double t, double h, const double *inputs,
-                           const double *after, double tolerance, double *q, double *v,
+                           const double *after, double tolerance, double *q, double *v, double *d,
                            ad_error *error);
 
 /* Inputs of which the values after a step count by themselves: so many from the first on. */
@@ -49,13 +50,14 @@ typedef struct collocation_ends {
     int first, count;
 } collocation_ends;
 
-/* After it, with q, v of its start: derivatives [2 size][2 size + inputs + ends.count] of q, v at
- * its end by q, v, inputs (of both ends together), and of `ends` by those after the step alone;
- * exact ones of the method's equations. room [collocation_derivative_room]. */
+/* After it, with q, v, d of its start: derivatives [states][states + inputs + ends.count] of the
+ * state at its end, q, v and those of d that there are, by it, inputs (of both ends together), and
+ * of `ends` by those after the step alone; exact ones of the method's equations. room
+ * [collocation_derivative_room]. */
 ad_status collocation_derivatives(collocation *collocation, double t, double h,
                                   const double *inputs, const double *after, collocation_ends ends,
-                                  const double *q, const double *v, double *room, double *by,
-                                  ad_error *error);
+                                  const double *q, const double *v, const double *d, double *room,
+                                  double *by, ad_error *error);
 size_t collocation_derivative_room(const collocation *collocation);
 
 collocation_counts collocation_counts_of(const collocation *collocation);

@@ -34,10 +34,12 @@ struct reduced_rod {
     double newton;
     double *unit;        /* [states] of the state: SI by the model's */
     double *q, *v, *a;   /* [size] each */
+    double *d;           /* [size] stretches of Maxwell branches */
     double *residual;    /* [size] */
     double *start;       /* [states] */
     double *by_q, *by_v; /* [size][width] */
     double *by;          /* [states][states + inputs] */
+    double *branch_by;   /* [2][inputs][size] of modes_branch_by_inputs */
     double *mass;        /* [width][width] */
     double *room;        /* of the derivatives of a step */
     double *seen;        /* [count][KINEMATICS_SEEN] */
@@ -145,28 +147,30 @@ static ad_status allocate(reduced_rod *rod, ad_error *error)
 {
     const modes *m = rod->m;
     const size_t n = (size_t)m->size, width = (size_t)m->width, inputs = (size_t)m->inputs;
-    const size_t square = (n + QUAD) * width;
+    const size_t square = (n + QUAD) * width, states = (size_t)reduced_states(rod);
     const size_t changes =
         rod->open.memory_count > 0 ? ((size_t)rod->open.memory_count + inputs) * inputs : 0;
-    double **const parts[] = {&rod->unit,      &rod->q,         &rod->v,        &rod->a,
-                              &rod->residual,  &rod->start,     &rod->by_q,     &rod->by_v,
-                              &rod->by,        &rod->mass,      &rod->room,     &rod->seen,
-                              &rod->look_room, &rod->change[0], &rod->change[1]};
-    const size_t sizes[] = {2 * n,
+    double **const parts[] = {
+        &rod->unit,      &rod->q,         &rod->v,         &rod->a,    &rod->residual, &rod->start,
+        &rod->by_q,      &rod->by_v,      &rod->by,        &rod->mass, &rod->room,     &rod->seen,
+        &rod->look_room, &rod->change[0], &rod->change[1], &rod->d,    &rod->branch_by};
+    const size_t sizes[] = {states,
                             n,
                             n,
                             n,
                             n,
-                            2 * n,
+                            3 * n,
                             square,
                             square,
-                            2 * n * (2 * n + 2 * inputs),
+                            states * (states + 2 * inputs),
                             square,
                             collocation_derivative_room(rod->step),
                             KINEMATICS_SEEN * (size_t)rod->count,
                             kinematics_room(&rod->look),
                             changes,
-                            changes};
+                            changes,
+                            n,
+                            2 * inputs * n};
     size_t all = 0;
     for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
         all += sizes[i];
@@ -184,6 +188,9 @@ static ad_status allocate(reduced_rod *rod, ad_error *error)
         const bool bends = m->mode[k].strain >= MODES_U && k >= (size_t)m->hinges;
         rod->unit[k] = bends ? 1 / rod->rod->scales.length : 1;
         rod->unit[n + k] = rod->unit[k] / rod->rod->scales.time;
+    }
+    for (int k = 0; k < m->branch.count; k++) {
+        rod->unit[2 * n + (size_t)k] = rod->unit[m->branch.mode[k]];
     }
     return AD_OK;
 }
@@ -226,9 +233,14 @@ void reduced_free(reduced_rod *rod)
     }
 }
 
+int reduced_modes(const reduced_rod *rod)
+{
+    return rod->m->size;
+}
+
 int reduced_states(const reduced_rod *rod)
 {
-    return 2 * rod->m->size;
+    return 2 * rod->m->size + rod->m->branch.count;
 }
 
 int reduced_inputs(const reduced_rod *rod)
@@ -243,9 +255,10 @@ const scene_parameter *reduced_input(const reduced_rod *rod, int i)
 
 reduced_mode reduced_mode_of(const reduced_rod *rod, int k)
 {
-    const modes_mode *mode = &rod->m->mode[k];
-    return (reduced_mode){k < rod->m->hinges ? -1 : mode->strain, mode->degree,
-                          mode->first_element};
+    const modes *m = rod->m;
+    const int which = k < 2 * m->size ? k % m->size : m->branch.mode[k - 2 * m->size];
+    const modes_mode *mode = &m->mode[which];
+    return (reduced_mode){which < m->hinges ? -1 : mode->strain, mode->degree, mode->first_element};
 }
 
 /* ---- states -------------------------------------------------------------------------------- */
@@ -257,6 +270,9 @@ static void take_state(reduced_rod *rod, const double *state)
         rod->q[k] = state[k] / rod->unit[k];
         rod->v[k] = state[n + k] / rod->unit[n + k];
     }
+    for (int k = 0; k < rod->m->branch.count; k++) {
+        rod->d[rod->m->branch.mode[k]] = state[2 * n + k] / rod->unit[2 * n + k];
+    }
 }
 
 static void give_state(const reduced_rod *rod, double *state)
@@ -266,6 +282,16 @@ static void give_state(const reduced_rod *rod, double *state)
         state[k] = rod->q[k] * rod->unit[k];
         state[n + k] = rod->v[k] * rod->unit[n + k];
     }
+    for (int k = 0; k < rod->m->branch.count; k++) {
+        state[2 * n + k] = rod->d[rod->m->branch.mode[k]] * rod->unit[2 * n + k];
+    }
+}
+
+/* The same where springs of branches have relaxed. */
+static void give_relaxed(reduced_rod *rod, double *state)
+{
+    memset(rod->d, 0, (size_t)rod->m->size * sizeof *rod->d);
+    give_state(rod, state);
 }
 
 /* The model at a time and inputs, with the state in rod->q, rod->v. */
@@ -287,7 +313,7 @@ ad_status reduced_initial(reduced_rod *rod, const double *inputs, double *state,
                          : modes_initial(rod->m, rod->q, rod->v, error);
     }
     if (status == AD_OK) {
-        give_state(rod, state);
+        give_relaxed(rod, state);
     }
     return status;
 }
@@ -300,20 +326,31 @@ ad_status reduced_settle(reduced_rod *rod, double t, const double *inputs, doubl
     ad_status status = go_to(rod, t, state, inputs, error);
     status = status == AD_OK ? modes_settle(rod->m, &room, error) : status;
     if (status == AD_OK) {
-        give_state(rod, state);
+        give_relaxed(rod, state);
     }
     return status;
 }
 
 /* ---- rates and steps ----------------------------------------------------------------------- */
 
-/* rod->by [.][2 n + inputs]: derivatives of the accelerations by q, v, and inputs where these are
- * wanted, in the model's units. */
+/* Of row r of the residual, with accelerations held: by the state, then by inputs. */
+static double residual_by(const reduced_rod *rod, int r, int c)
+{
+    const modes *m = rod->m;
+    const int n = m->size, states = reduced_states(rod), at = r * m->width;
+    return c < n        ? rod->by_q[at + c]
+           : c < 2 * n  ? rod->by_v[at + c - n]
+           : c < states ? m->branch.by[at + m->branch.mode[c - 2 * n]]
+                        : rod->room[r * m->inputs + c - states];
+}
+
+/* rod->by [.][states + inputs]: derivatives of the accelerations by the state, and inputs where
+ * these are wanted, in the model's units. */
 static ad_status differentiate(reduced_rod *rod, double t, bool by_inputs, ad_error *error)
 {
     modes *m = rod->m;
-    const int n = m->size, width = m->width, columns = 2 * n + m->inputs;
-    const int wanted = by_inputs ? columns : 2 * n;
+    const int n = m->size, width = m->width, columns = reduced_states(rod) + m->inputs;
+    const int wanted = by_inputs ? columns : reduced_states(rod);
     ad_status status = AD_OK;
     memcpy(rod->mass, m->mass, (size_t)(n * width) * sizeof *rod->mass); /* its factor */
     modes_linearise(m, rod->q, rod->v, rod->a, rod->residual, rod->by_q, rod->by_v);
@@ -323,15 +360,13 @@ static ad_status differentiate(reduced_rod *rod, double t, bool by_inputs, ad_er
             rod->start[i * n + r] = driven < 0 || r == driven ? 0 : m->mass[r * width + driven];
         }
     }
-    if (wanted > 2 * n) {
+    if (by_inputs) {
         status =
             modes_by_inputs(m, t / rod->rod->scales.time, rod->q, rod->v, rod->a, rod->room, error);
     }
     for (int c = 0; c < wanted; c++) {
         for (int r = 0; r < n; r++) {
-            rod->residual[r] = -(c < n       ? rod->by_q[r * width + c]
-                                 : c < 2 * n ? rod->by_v[r * width + c - n]
-                                             : rod->room[r * m->inputs + c - 2 * n]);
+            rod->residual[r] = -residual_by(rod, r, c);
         }
         for (int i = 0; i < MODES_DRIVES; i++) {
             const int driven = modes_driven(m, i);
@@ -347,29 +382,57 @@ static ad_status differentiate(reduced_rod *rod, double t, bool by_inputs, ad_er
     return status;
 }
 
+/* The rates of stretches of branches, behind those of modes. */
+static ad_status branch_rate(reduced_rod *rod, double t, double *rate, double *by_state,
+                             double *by_inputs, ad_error *error)
+{
+    modes *m = rod->m;
+    const int n = m->size, states = reduced_states(rod), count = m->inputs;
+    const double time = rod->rod->scales.time;
+    double *rate_by = rod->branch_by, *rest_by = rate_by + count * n;
+    const ad_status status = by_inputs && m->branch.count > 0
+                                 ? modes_branch_by_inputs(m, t / time, rate_by, rest_by, error)
+                                 : AD_OK;
+    for (int b = 0; b < m->branch.count && status == AD_OK; b++) {
+        const int k = m->branch.mode[b], r = 2 * n + b;
+        const double unit = rod->unit[r] / time, d = rod->d[k];
+        rate[r] = (rod->v[k] + m->branch.rest_rate[k] - m->branch.rate[k] * d) * unit;
+        for (int c = 0; c < states && by_state; c++) {
+            by_state[r * states + c] = c == n + k ? 1 : c == r ? -m->branch.rate[k] / time : 0;
+        }
+        for (int c = 0; c < count && by_inputs; c++) {
+            by_inputs[r * count + c] = (rest_by[c * n + k] - rate_by[c * n + k] * d) * unit;
+        }
+    }
+    return status;
+}
+
 ad_status reduced_rate(reduced_rod *rod, double t, const double *state, const double *inputs,
                        double *rate, double *by_state, double *by_inputs, ad_error *error)
 {
-    const int n = rod->m->size, count = rod->m->inputs, wanted = 2 * n + count;
+    const int n = rod->m->size, states = reduced_states(rod), count = rod->m->inputs;
+    const int wanted = states + count;
     const double time = rod->rod->scales.time;
     ad_status status = go_to(rod, t, state, inputs, error);
+    modes_stretch(rod->m, rod->d);
     if (status == AD_OK && !modes_accelerations(rod->m, rod->q, rod->v, rod->a)) {
         status = ad_fail(error, AD_NOT_FINITE, "the mass matrix of the modes is singular");
     }
     if (status == AD_OK && (by_state || by_inputs)) {
         status = differentiate(rod, t, by_inputs != NULL, error);
     }
+    status = status == AD_OK ? branch_rate(rod, t, rate, by_state, by_inputs, error) : status;
     for (int r = 0; r < n && status == AD_OK; r++) {
         const double unit = rod->unit[n + r] / time;
         rate[r] = rod->v[r] * rod->unit[n + r];
         rate[n + r] = rod->a[r] * unit;
-        for (int c = 0; c < 2 * n && by_state; c++) {
-            by_state[r * 2 * n + c] = c == n + r;
-            by_state[(n + r) * 2 * n + c] = rod->by[r * wanted + c] * unit / rod->unit[c];
+        for (int c = 0; c < states && by_state; c++) {
+            by_state[r * states + c] = c == n + r;
+            by_state[(n + r) * states + c] = rod->by[r * wanted + c] * unit / rod->unit[c];
         }
         for (int c = 0; c < count && by_inputs; c++) {
             by_inputs[r * count + c] = 0;
-            by_inputs[(n + r) * count + c] = rod->by[r * wanted + 2 * n + c] * unit;
+            by_inputs[(n + r) * count + c] = rod->by[r * wanted + states + c] * unit;
         }
     }
     return status;
@@ -382,8 +445,8 @@ ad_status reduced_step(reduced_rod *rod, double t, double h, const double *state
     return reduced_step_linear(rod, t, h, state, inputs, NULL, next, by_state, by_inputs, error);
 }
 
-/* To rod->q, rod->v; derivatives by states, inputs and, by themselves, ends of states of memory in
- * rod->by [.][2 n + inputs + memory_count], in the model's units. */
+/* To rod->q, rod->v, rod->d; derivatives by states, inputs and, by themselves, ends of states of
+ * memory in rod->by [.][states + inputs + memory_count], in the model's units. */
 static ad_status step_linear(reduced_rod *rod, double t, double h, const double *state,
                              const double *inputs, const double *after, bool differs, int memory,
                              ad_error *error)
@@ -394,11 +457,13 @@ static ad_status step_linear(reduced_rod *rod, double t, double h, const double 
     take_state(rod, state);
     memcpy(rod->start, rod->q, (size_t)n * sizeof *rod->q);
     memcpy(rod->start + n, rod->v, (size_t)n * sizeof *rod->v);
+    memcpy(rod->start + 2 * n, rod->d, (size_t)n * sizeof *rod->d);
     ad_status status = collocation_once(rod->step, t / time, h / time, inputs, after, rod->newton,
-                                        rod->q, rod->v, error);
+                                        rod->q, rod->v, rod->d, error);
     if (status == AD_OK && differs) {
-        status = collocation_derivatives(rod->step, t / time, h / time, inputs, after, ends,
-                                         rod->start, rod->start + n, rod->room, rod->by, error);
+        status =
+            collocation_derivatives(rod->step, t / time, h / time, inputs, after, ends, rod->start,
+                                    rod->start + n, rod->start + 2 * n, rod->room, rod->by, error);
     }
     return status;
 }
@@ -407,19 +472,19 @@ ad_status reduced_step_linear(reduced_rod *rod, double t, double h, const double
                               const double *inputs, const double *after, double *next,
                               double *by_state, double *by_inputs, ad_error *error)
 {
-    const int n = rod->m->size, count = rod->m->inputs, wanted = 2 * n + count;
+    const int states = reduced_states(rod), count = rod->m->inputs, wanted = states + count;
     const ad_status status =
         step_linear(rod, t, h, state, inputs, after, by_state || by_inputs, 0, error);
     if (status != AD_OK) {
         return status;
     }
     give_state(rod, next);
-    for (int r = 0; r < 2 * n; r++) {
-        for (int c = 0; c < 2 * n && by_state; c++) {
-            by_state[r * 2 * n + c] = rod->by[r * wanted + c] * rod->unit[r] / rod->unit[c];
+    for (int r = 0; r < states; r++) {
+        for (int c = 0; c < states && by_state; c++) {
+            by_state[r * states + c] = rod->by[r * wanted + c] * rod->unit[r] / rod->unit[c];
         }
         for (int c = 0; c < count && by_inputs; c++) {
-            by_inputs[r * count + c] = rod->by[r * wanted + 2 * n + c] * rod->unit[r];
+            by_inputs[r * count + c] = rod->by[r * wanted + states + c] * rod->unit[r];
         }
     }
     return AD_OK;
@@ -429,19 +494,19 @@ ad_status reduced_step_linear(reduced_rod *rod, double t, double h, const double
 
 int reduced_all_states(const reduced_rod *rod)
 {
-    return 2 * rod->m->size + rod->open.memory_count;
+    return reduced_states(rod) + rod->open.memory_count;
 }
 
 void reduced_remember(const reduced_rod *rod, const double *state, double *inputs)
 {
-    memcpy(inputs + scene_given_count(&rod->open), state + 2 * rod->m->size,
+    memcpy(inputs + scene_given_count(&rod->open), state + reduced_states(rod),
            (size_t)rod->open.memory_count * sizeof *inputs);
 }
 
 void reduced_begin(const reduced_rod *rod, double *inputs, double *state)
 {
     scene_memory_start(&rod->open, &rod->values, inputs, 0, NULL);
-    memcpy(state + 2 * rod->m->size, inputs + scene_given_count(&rod->open),
+    memcpy(state + reduced_states(rod), inputs + scene_given_count(&rod->open),
            (size_t)rod->open.memory_count * sizeof *state);
 }
 
@@ -477,9 +542,9 @@ static void remember(reduced_rod *rod, double h, const double *state, const doub
 /* Of row r of the next state, in the model's units: its derivative along change i. */
 static double change_by_memory(const reduced_rod *rod, int r, int i)
 {
-    const int n = rod->m->size, count = rod->m->inputs, memory = rod->open.memory_count,
+    const int n = reduced_states(rod), count = rod->m->inputs, memory = rod->open.memory_count,
               first = scene_given_count(&rod->open);
-    const double *by = rod->by + r * (2 * n + count + memory) + 2 * n;
+    const double *by = rod->by + r * (n + count + memory) + n;
     double sum = 0;
     for (int m = 0; m < memory; m++) {
         const double both = by[first + m], end = by[count + m];
@@ -491,7 +556,7 @@ static double change_by_memory(const reduced_rod *rod, int r, int i)
 
 static void give_whole(const reduced_rod *rod, double *by_state, double *by_inputs)
 {
-    const int n = 2 * rod->m->size, count = rod->m->inputs, memory = rod->open.memory_count,
+    const int n = reduced_states(rod), count = rod->m->inputs, memory = rod->open.memory_count,
               first = scene_given_count(&rod->open), all = n + memory;
     for (int r = 0; r < all; r++) {
         const double *by = rod->by + r * (n + count + memory);
@@ -526,7 +591,7 @@ ad_status reduced_step_whole(reduced_rod *rod, double t, double h, const double 
         step_linear(rod, t, h, state, now, then, differs, rod->open.memory_count, error);
     if (status == AD_OK) {
         give_state(rod, next);
-        memcpy(next + 2 * rod->m->size, then + scene_given_count(&rod->open),
+        memcpy(next + reduced_states(rod), then + scene_given_count(&rod->open),
                (size_t)rod->open.memory_count * sizeof *next);
     }
     if (status == AD_OK && differs) {

@@ -11,8 +11,9 @@
  * The scene is one in motion whose `parameters` with ranges are the inputs: pressures, tensions,
  * loads, a stiffness; they are held while a step lasts. The state is first the modes, of a
  * pinned start three angles (rad), of curvature (1/m) and strain, then their rates (by s):
- * physics/chain/modes.h. Nothing is allocated after reduced_create. One rod is for one thread at a
- * time. */
+ * physics/chain/modes.h. Where the material has a Maxwell branch, by how much its springs are
+ * stretched comes behind them, one number for each mode of a strain there. Nothing is allocated
+ * after reduced_create. One rod is for one thread at a time. */
 #ifndef PHYSICS_CHAIN_REDUCED_H
 #define PHYSICS_CHAIN_REDUCED_H
 
@@ -51,11 +52,12 @@ ad_status reduced_create(const scene *rod_scene, const reduced_settings *setting
                          reduced_rod **result, ad_error *error);
 void reduced_free(reduced_rod *rod); /* NULL is allowed */
 
-int reduced_states(const reduced_rod *rod);
+int reduced_modes(const reduced_rod *rod);
+int reduced_states(const reduced_rod *rod); /* two for each mode, and those of branches */
 int reduced_inputs(const reduced_rod *rod);
 const scene_parameter *reduced_input(const reduced_rod *rod, int i); /* name and range */
 
-/* What mode k of the first half of the state is: Legendre's polynomial of that degree of a strain
+/* What number k of the state belongs to: Legendre's polynomial of that degree of a strain
  * on one piece of the rod. Strains 0 to 2 are v along d1, d2, d3 and 3 to 5 u about them; -1: a
  * hinge. */
 typedef struct reduced_mode {
@@ -105,9 +107,9 @@ ad_status reduced_step_whole(reduced_rod *rod, double t, double h, const double 
                              const double *inputs, const double *after, double *next,
                              double *by_state, double *by_inputs, ad_error *error);
 
-/* places [count]; by_state (or NULL) [count][12][states]: derivatives of position, turn (the
- * rotation vector in the world by which the place turns), velocity, and angular velocity in the
- * body frame. */
+/* places [count]; by_state (or NULL) [count][12][2 modes]: derivatives by modes and their rates of
+ * position, turn (the rotation vector in the world by which the place turns), velocity, and angular
+ * velocity in the body frame. */
 ad_status reduced_output(reduced_rod *rod, double t, const double *state, const double *inputs,
                          reduced_place *places, double *by_state, ad_error *error);
 

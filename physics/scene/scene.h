@@ -509,6 +509,9 @@ scene_rest scene_rest_of(const scene *rod_scene);
 /* Whether the unstressed rod is straight and as long as it is written, by numbers. */
 bool scene_rests_straight(const scene *rod_scene);
 
+/* Whether a material has a Maxwell branch. */
+bool scene_has_branch(const scene *rod_scene);
+
 /* The rod in pieces: its segments, or all of it as one. `rod` has all that holds for the piece,
  * `turn` is 0 for the first. */
 typedef struct scene_piece {

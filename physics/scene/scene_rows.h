@@ -72,7 +72,8 @@
       "standard linear solid. A strain that is held has at first 1 + ratio times its stress.")     \
     X(of "material.maxwell.time", 1, in maxwell_time, ROD, ALONG, POSITIVE, SCALAR, WORLD, "s",    \
       NOTHING, "required with ratio",                                                              \
-      "The time in which that spring relaxes, as exp(-t/time). The rod begins relaxed.")           \
+      "The time in which that spring relaxes, as exp(-t/time). The rod begins relaxed. For strain " \
+      "modes it is the same all along a segment.")                                                 \
     X(of "stiffness.shear", 2, in shear_stiffness, ROD, ALONG, STIFFNESS, SCALAR, WORLD, "N",    \
       NOTHING, "from section, material and model",                                                 \
       "Shear stiffness kappa G A along d1, d2. It replaces the value of section and material.")    \

@@ -202,6 +202,15 @@ bool scene_rests_straight(const scene *rod_scene)
     return straight;
 }
 
+bool scene_has_branch(const scene *rod_scene)
+{
+    bool any = false;
+    for (int i = 0; i < scene_pieces(rod_scene); i++) {
+        any |= scene_piece_of(rod_scene, i).rod.maxwell_ratio.is_given;
+    }
+    return any;
+}
+
 scene_rest scene_rest_of(const scene *rod_scene)
 {
     scene_rest pieces[SCENE_SEGMENTS_MAX], joined;

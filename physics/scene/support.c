@@ -543,7 +543,7 @@ static const feature_row features[] = {
     {"damping of the material", NULL, damped,
      "ooooo oo yyyy yy y", NULL},
     {"a material with a Maxwell branch", NULL, branches,
-     "ooooo oo xxxx yx x", NULL},
+     "ooooo oo xxxx yy y", NULL},
     {"a length or place with a range", NULL, ranged_place,
      "yxxyy yy xxxx yy x", NULL},
     {"a rod that moves through its port by a formula", NULL, fed_in_time,

@@ -12,17 +12,19 @@
 /* Of a step: of order 9. With 3, of order 5, motions took as long for a tenth of the accuracy. */
 enum { STAGES = 5 };
 
+enum { STATES = 3 };
+
 /* Of time. */
 static const double ROUNDING = 1e-14;
 
 struct modes_solution {
     modes *m;
     motion_times times;
-    double *states;         /* [times.count][2][size]: q, q_t */
+    double *states;         /* [times.count][STATES][size]: q, q_t, stretches of branches */
     solve_energy *all;      /* [times.count] */
     solve_energy *energies; /* [times.given] */
     double initial;         /* energy */
-    double *room;           /* [4][size] */
+    double *room;           /* [2][STATES][size] */
     long steps;
     double work, reached;
 };
@@ -61,28 +63,28 @@ static ad_status create(solve_rod *rod, const modes_counts *counts, int finer, s
         return status;
     }
     const size_t size = (size_t)modes_size(solution->m), count = solution->times.count;
-    solution->states = malloc((2 * count * size + 1) * sizeof *solution->states);
+    solution->states = calloc(STATES * count * size + 1, sizeof *solution->states);
     solution->all = calloc(count, sizeof *solution->all);
     solution->energies = calloc(given + 1, sizeof *solution->energies);
-    solution->room = malloc((4 * size + 1) * sizeof *solution->room);
+    solution->room = calloc(2 * STATES * size + 1, sizeof *solution->room);
     return solution->states && solution->all && solution->energies && solution->room
                ? AD_OK
                : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu times", count);
 }
 
-/* Where the rod is at one of the times, with `energy` as it is then. */
-static ad_status take(modes_solution *solution, size_t which, const double *q, const double *v,
+/* Where the rod is at one of the times, q [STATES][size], with `energy` as it is then. */
+static ad_status take(modes_solution *solution, size_t which, const double *q,
                       const solve_energy *energy, ad_error *error)
 {
     const size_t size = (size_t)modes_size(solution->m);
-    double *to = solution->states + which * 2 * size;
+    double *to = solution->states + which * STATES * size;
     ad_status status = modes_at(solution->m, solution->times.all[which], NULL, error);
     if (status != AD_OK) {
         return status;
     }
-    memcpy(to, q, size * sizeof *to);
-    memcpy(to + size, v, size * sizeof *to);
-    modes_shape(solution->m, q, v, NULL);
+    memcpy(to, q, STATES * size * sizeof *to);
+    modes_stretch(solution->m, q + 2 * size);
+    modes_shape(solution->m, q, q + size, NULL);
     const solve_energy now = modes_energy_now(solution->m);
     const double before = solution->initial + energy->work - energy->dissipated;
     solution->all[which] = (solve_energy){now.kinetic, now.strain, energy->work, energy->dissipated,
@@ -94,11 +96,17 @@ static ad_status begin(modes_solution *solution, const solve_settings *settings,
                        double *v, ad_error *error)
 {
     ad_status status = modes_initial(solution->m, q, v, error);
+    if (status == AD_OK && settings->from_count > 0 && solution->m->branch.count > 0) {
+        status = ad_fail(error, AD_BAD_INPUT,
+                         "material.maxwell: what a motion begins with does not say how far it has "
+                         "relaxed; allowed: the start of the scene");
+    }
     if (status == AD_OK && settings->from_count > 0) {
         status = modes_fit_seen(solution->m, settings->from_count, settings->from, q, v, error);
     }
     status = status == AD_OK ? modes_at(solution->m, 0, NULL, error) : status;
     if (status == AD_OK) {
+        modes_stretch(solution->m, NULL);
         modes_shape(solution->m, q, v, NULL);
         const solve_energy now = modes_energy_now(solution->m);
         solution->initial = now.kinetic + now.strain;
@@ -112,15 +120,16 @@ static ad_status go(modes_solution *solution, const solve_settings *settings, do
 {
     const size_t size = (size_t)modes_size(solution->m);
     const motion_times *times = &solution->times;
-    double *q = solution->room, *v = q + size, *at = v + size, t = 0;
+    double *q = solution->room, *v = q + size, *d = v + size, *at = d + size, t = 0;
     const double end = times->all[times->count - 1];
     size_t next = 0, event = 0;
     solve_energy energy = {0};
     collocation *steps = NULL;
     ad_status status = begin(solution, settings, q, v, error);
+    memset(d, 0, size * sizeof *d); /* of a rod that has rested */
     status = status == AD_OK ? collocation_create(solution->m, STAGES, &steps, error) : status;
     for (; next < times->count && times->all[next] <= t && status == AD_OK; next++) {
-        status = take(solution, next, q, v, &energy, error);
+        status = take(solution, next, q, &energy, error);
     }
     while (next < times->count && status == AD_OK) {
         const double from = t;
@@ -128,11 +137,12 @@ static ad_status go(modes_solution *solution, const solve_settings *settings, do
             event++;
         }
         const double stop = event < e->count ? fmin(end, e->times[event]) : end;
-        status = collocation_next(steps, &t, stop, tolerance, q, v, &energy, error);
+        status = collocation_next(steps, &t, stop, tolerance, q, v, d, &energy, error);
         for (; next < times->count && times->all[next] <= t && status == AD_OK; next++) {
             solve_energy then;
-            collocation_within(steps, (times->all[next] - from) / (t - from), at, at + size, &then);
-            status = take(solution, next, at, at + size, &then, error);
+            collocation_within(steps, (times->all[next] - from) / (t - from), at, at + size,
+                               at + 2 * size, &then);
+            status = take(solution, next, at, &then, error);
         }
         solution->reached = status == AD_OK ? t : solution->reached;
     }
@@ -152,9 +162,10 @@ ad_status modes_motion_at(const modes_solution *solution, size_t which, size_t n
                           solve_state *out, ad_error *error)
 {
     const size_t size = (size_t)modes_size(solution->m), at = solution->times.which[which];
-    const double *q = solution->states + at * 2 * size, *v = q + size;
+    const double *q = solution->states + at * STATES * size, *v = q + size;
     double *a = solution->room, *residual = a + size;
     ad_status status = modes_at(solution->m, solution->times.all[at], NULL, error);
+    modes_stretch(solution->m, v + size);
     if (status == AD_OK && !modes_accelerations(solution->m, q, v, a)) {
         status = ad_fail(error, AD_NOT_FINITE, "the mass matrix of the modes is singular");
     }
@@ -201,7 +212,7 @@ static ad_status look(refined *at, ad_error *error)
     status = status == AD_OK ? modes_places_create(solution->m, MOTION_COMPARED, s, &places, error)
                              : status;
     for (size_t i = 0; i < solution->times.count && status == AD_OK; i++) {
-        const double *q = solution->states + i * 2 * size;
+        const double *q = solution->states + i * STATES * size;
         if (!solution->times.aside[i]) {
             status = modes_at(solution->m, solution->times.all[i], NULL, error);
             modes_shape(solution->m, q, q + size, NULL);
@@ -249,7 +260,7 @@ static bool add_modes(const modes_solution *solution, double tolerance, modes_co
             }
             const modes_mode *mode = &m->mode[a];
             const int c = mode->strain, k = mode->degree + 1;
-            const double q = fabs(solution->states[i * 2 * (size_t)m->size + (size_t)a]);
+            const double q = fabs(solution->states[i * STATES * (size_t)m->size + (size_t)a]);
             size[c] = fmax(size[c], q);
             if (k + 1 >= counts->of[c]) { /* a curvature is integrated twice */
                 tail[c] = fmax(tail[c], q / (c >= MODES_U ? k * k : k));

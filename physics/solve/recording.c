@@ -236,7 +236,7 @@ static ad_status look_beside(solve_recording *x, const double *now, size_t i, do
 static void change_place(const solve_recording *x, size_t place, size_t i, double *change)
 {
     enum { ROWS = 12 };
-    const size_t n = (size_t)reduced_states(x->rod);
+    const size_t n = 2 * (size_t)reduced_modes(x->rod);
     const double *by = x->by_seen + place * ROWS * n, *q = x->seen[place].rotation;
     double rows[ROWS];
     for (size_t r = 0; r < ROWS; r++) {

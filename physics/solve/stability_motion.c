@@ -62,6 +62,11 @@ static bool is_refused(const scene *moving, char why[STABILITY_TEXT])
 {
     const char *key = "";
     ad_error error;
+    if (scene_has_branch(moving)) {
+        snprintf(why, STABILITY_TEXT,
+                 "rod.material.maxwell: vibrations of a material that relaxes are not looked at");
+        return true;
+    }
     if (support_check(moving, SUPPORT_MODES, &key, &error) != AD_OK ||
         scene_check(moving, &key, &error) != AD_OK ||
         scene_physics_of(moving)->check(moving, &key, &error) != AD_OK) {

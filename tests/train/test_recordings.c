@@ -1,7 +1,7 @@
 /* Motions under recorded inputs: derivatives of residuals against differences, also by where the
- * rod is held and by plays and lags of inputs; slow motions of these against equilibria along the
- * same path; what is a recording in a file, and what is not; the same bits for any number of
- * threads. */
+ * rod is held, by plays and lags of inputs and by a Maxwell branch; slow motions of these against
+ * equilibria along the same path; what is a recording in a file, and what is not; the same bits for
+ * any number of threads. */
 #include "open_scene.h"
 
 #include "physics/scene/scene_memory.h"
@@ -47,10 +47,11 @@ static void put_tension(recorded_arm *x, const char *tension)
     assert_good(scene_remember(&x->open, 0, NULL, &key, &error), &error);
 }
 
-/* The unknowns of tension "pull" are the first three, or all. */
-static void make_scene(recorded_arm *x, const char *tension, double duration)
+/* The unknowns of tension "pull" are the first three, or all, the last two of a Maxwell branch
+ * where the rod relaxes. */
+static void make_scene(recorded_arm *x, const char *tension, bool relaxes, double duration)
 {
-    const int unknowns = strcmp(tension, "pull") == 0 ? 3 : UNKNOWNS_MAX;
+    const int unknowns = strcmp(tension, "pull") == 0 && !relaxes ? 3 : UNKNOWNS_MAX;
     static const scene_parameter parameters[PARAMETERS] = {
         {"pull", 0, 5, SCENE_LINEAR},       {"stiffness", 1e-3, 1e-2, SCENE_LOG},
         {"damping", 1e-5, 1e-3, SCENE_LOG}, {"held", -0.1, 0.1, SCENE_LINEAR},
@@ -70,6 +71,10 @@ static void make_scene(recorded_arm *x, const char *tension, double duration)
     for (int k = 0; k < 3; k++) {
         to->rod.rotary_inertia[k] = quantity_number(1e-5);
     }
+    if (relaxes) {
+        to->rod.maxwell_ratio = quantity_formula(x->names, "gap");
+        to->rod.maxwell_time = quantity_formula(x->names, "late");
+    }
     to->start.position[1] = quantity_formula(x->names, "held");
     to->initial.state = SCENE_EQUILIBRIUM;
     to->loads.gravity[0] = quantity_number(3);
@@ -80,12 +85,12 @@ static void make_scene(recorded_arm *x, const char *tension, double duration)
 }
 
 /* Middle and tip of every sample, measured somewhere: derivatives do not ask where. */
-static void make(recorded_arm *x, const char *tension, double duration)
+static void make(recorded_arm *x, const char *tension, bool relaxes, double duration)
 {
     const double *known[PARAMETERS + STATES] = {x->pull};
     ad_error error;
     memset(x, 0, sizeof *x);
-    make_scene(x, tension, duration);
+    make_scene(x, tension, relaxes, duration);
     for (int i = 0; i < ROWS; i++) {
         x->s[i] = LENGTH / (1 + (i + 1) % 2);
         x->t[i] = i / 2 * duration / (SAMPLES - 1);
@@ -119,7 +124,7 @@ static void finish(recorded_arm *x)
 /* Exact derivatives of steps that Newton's method solves to 1e-10, against central differences with
  * the error of their third derivatives, some 1e-6; no sample is so near to where a play begins to
  * move that the differences meet both sides. */
-static void check_derivatives(const char *tension)
+static void check_derivatives(const char *tension, bool relaxes)
 {
     enum { NUMBERS = 6 * ROWS };
     static double residuals[NUMBERS], room[2 * UNKNOWNS_MAX * NUMBERS],
@@ -130,7 +135,7 @@ static void check_derivatives(const char *tension)
     solve_trials *trials, *alone;
     size_t solved;
     ad_error error;
-    make(&x, tension, 1);
+    make(&x, tension, relaxes, 1);
     const int unknowns = x.open.unknown_count;
     assert_good(solve_trials_create(&x.open, 1, &x.set, 1e-6, 2, &trials, &error), &error);
     assert_good(solve_trials_create(&x.open, 1, &x.set, 1e-6, 1, &alone, &error), &error);
@@ -172,8 +177,9 @@ static void check_derivatives(const char *tension)
 static void test_derivatives(void **state)
 {
     (void)state;
-    check_derivatives("pull");
-    check_derivatives("lag(play(pull, gap), late)");
+    check_derivatives("pull", false);
+    check_derivatives("lag(play(pull, gap), late)", false);
+    check_derivatives("pull", true);
 }
 
 /* What is measured less what is computed of the places of an arm. */
@@ -197,9 +203,9 @@ static void test_slow(void **state)
     static recorded_arm x, still;
     double largest = 0;
     (void)state;
-    make(&x, "play(pull, gap) + 0*late", 100);
+    make(&x, "play(pull, gap) + 0*late", false, 100);
     residuals_of(&x, &x.set, moving);
-    make(&still, "play(pull, gap) + 0*late", 0);
+    make(&still, "play(pull, gap) + 0*late", false, 0);
     for (int i = 0; i < ROWS; i++) {
         still.t[i] = 0;
         still.known[i * still.open.parameter_count] = still.pull[i] = x.pull[i];
@@ -227,7 +233,7 @@ static void test_what_is_one(void **state)
     const solve_inputs *of[6];
     ad_error error;
     (void)state;
-    make(&x, "pull", 1);
+    make(&x, "pull", false, 1);
     assert_good(recorded_inputs_find(x.inputs, &x.open, "arm.csv", ROWS, x.t, known, again, &error),
                 &error);
     assert_ptr_equal(again[0], x.of[0]);

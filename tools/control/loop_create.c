@@ -109,8 +109,13 @@ static ad_status find_sizes(const control_loop *loop, double *size, ad_error *er
 void loop_fill_noise(control_loop *loop)
 {
     const size_t n = (size_t)loop->states, moving = (size_t)reduced_states(loop->rod);
+    const size_t modes = (size_t)reduced_modes(loop->rod);
     double *size = loop->numbers + 3 * n, *deviation = loop->numbers + n, *process = deviation + n;
-    observation_noise((int)moving / 2, size, deviation, process);
+    observation_noise((int)modes, size, deviation, process);
+    for (size_t k = 2 * modes; k < moving; k++) { /* not seen, but for what it does to the modes */
+        deviation[k] = fmax(0.1 * size[k], 1e-6 * deviation[0]);
+        process[k] = 0.01 * deviation[k];
+    }
     for (size_t k = moving; k < n; k++) { /* known but for where it began */
         const scene_parameter *p =
             reduced_input(loop->rod, scene_given_count(loop->of.nominal) + (int)(k - moving));

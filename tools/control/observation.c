@@ -19,7 +19,7 @@ static ad_status allocate(observation *observation, const observation_sensor *se
     observation->observation = (kinematic_observation){
         .what = sensor->what,
         .rod = *reduced_kinematics(observation->rod),
-        .more = reduced_all_states(observation->rod) - reduced_states(observation->rod)};
+        .more = reduced_all_states(observation->rod) - 2 * reduced_modes(observation->rod)};
     observation->observation.room =
         calloc(kinematic_observation_room(&observation->observation.rod),
                sizeof *observation->observation.room);

@@ -249,7 +249,14 @@ static void take(const cpinn_stepper *stepper, const stepper_worker *worker, int
 
 static void see(const stepper_worker *worker, int members, const double *states)
 {
-    kinematics_see(&worker->tip, members, states, worker->seen, NULL, worker->room);
+    const int n = reduced_states(worker->rod), all = 2 * worker->tip.modes;
+    for (int i = 0; n > all && i < members; i++) { /* behind what is seen of a state is more */
+        kinematics_see(&worker->tip, 1, states + i * n, worker->seen + i * KINEMATICS_SEEN, NULL,
+                       worker->room);
+    }
+    if (n == all) {
+        kinematics_see(&worker->tip, members, states, worker->seen, NULL, worker->room);
+    }
 }
 
 typedef struct batch {

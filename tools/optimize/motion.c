@@ -521,6 +521,9 @@ ad_status optimize_motion_create(const optimize_settings *settings, const scene 
         status = ad_fail(error, AD_BAD_INPUT,
                          "chooses inputs by derivatives that a play or a lag does not keep; "
                          "allowed: a scene without them");
+    } else if (scene_has_branch(family)) {
+        status = ad_fail(error, AD_BAD_INPUT,
+                         "does not take material.maxwell yet; allowed: a scene without it");
     }
     status = status == AD_OK ? read_end(o, 0, key, error) : status;
     status = status == AD_OK ? read_end(o, 1, key, error) : status;

@@ -204,6 +204,11 @@ ad_status surrogate_training_create(const scene *open, surrogate_settings *setti
                        "a trained one-step model does not take plays and lags of inputs; allowed: "
                        "control.model: reduced, which takes them");
     }
+    if (scene_has_branch(open)) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "a trained one-step model does not take material.maxwell; allowed: "
+                       "control.model: reduced, which takes it");
+    }
     surrogate_training *t = calloc(1, sizeof *t);
     if (!t) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a one-step model");
