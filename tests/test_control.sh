@@ -35,6 +35,11 @@ said stdout.txt 'stiffness 0\.(79[2-9]|80[0-8])[0-9]* \+- 0\.00'
 below 'reduced rod' 1 0.3
 below 'reduced rod' 2 0.7
 check nothing on stderr -- test ! -s stderr.txt
+# Pushed through a port, turned and bent by a tendon: noise as above, and the drives follow within a period.
+run 0 cpinn-control "$ROOT/configs/families/port_control.yaml" --set control.model=reduced --set control.duration=0.8
+said stdout.txt '^  reach +[0-9.]+e-0[5-9] mm rms, '
+below 'reduced rod' 1 0.3
+below 'reduced rod' 2 0.7
 # A path that the scene says nothing of, and no section at all.
 printf 'control:\n  task: {path: circle, radius: 0.03, frequency: 0.5}\n' >task.yaml
 sed '/^# What cpinn-control/,$d' "$arm" >bare.yaml

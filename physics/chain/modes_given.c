@@ -67,11 +67,11 @@ static ad_status give_rest(modes *m, ad_error *error)
         memcpy(to->rest + MODES_U, rest[p].curvature, sizeof rest[p].curvature);
         memcpy(to->rest_rate + MODES_V, rest[p].strain_rate, sizeof rest[p].strain_rate);
         memcpy(to->rest_rate + MODES_U, rest[p].curvature_rate, sizeof rest[p].curvature_rate);
-        if (m->feed.mode >= 0) { /* with the mode that feeds 0 */
-            const double straight[MODES_STRAINS] = {0, 0, 1, 0, 0, 0};
-            memcpy(to->origin, straight, sizeof straight);
-            memset(to->rest_rate, 0, sizeof to->rest_rate);             /* of the material */
-        } else if (!m->has_given && p >= m->hinges * (m->stages + 1)) { /* hinges have no extent */
+        const bool extends = p >= m->hinges * (m->stages + 1); /* hinges do not */
+        if (m->feed.mode >= 0) {                               /* with the mode that feeds 0 */
+            to->origin[MODES_V + 2] = extends;
+            memset(to->rest_rate, 0, sizeof to->rest_rate); /* of the material */
+        } else if (!m->has_given && extends) {
             memcpy(to->origin, to->rest, sizeof to->origin);
         }
     }

@@ -394,9 +394,7 @@ bool rod_has_energy(const scene *rod_scene, bool planar)
                    loads->base.moment[0].is_given;
     bool followers = loads->frame == SCENE_FOLLOWER || loads->tip.frame == SCENE_FOLLOWER ||
                      loads->base.frame == SCENE_FOLLOWER;
-    bool turns = !scene_end_holds_rotation(rod_scene->start.type) &&
-                 !scene_end_holds_rotation(rod_scene->end.type);
     return !scene_is_dynamic(rod_scene) && !scene_is_manufactured(rod_scene) && !followers &&
-           (planar || (!moments && !turns)) && !scene_has_displaced_tendons(rod_scene) &&
+           (planar || !moments) && !scene_has_displaced_tendons(rod_scene) &&
            !scene_has_rubbing_tendons(rod_scene);
 }

@@ -308,7 +308,7 @@ void solution_verdict(const solution *solution, const scene *rod_scene,
                  report->bifurcation_load);
     }
     stability_judge(&found, advice, result);
-    if (stability_is_lost(&found)) {
+    if (stability_is_lost(&found) && !found.aside) {
         return;
     }
     if (is_left_behind(settings, report)) {

@@ -303,6 +303,24 @@ static void hold_end(variation *variation, const scene_end *end, int node)
     }
 }
 
+/* Over stiffness/length of the rod: what holds it at its start where neither end holds a turn. A
+ * rod between two pins may turn about the line between them: where nothing resists that, it is 0
+ * that the energy changes by, which rounding would count. */
+static const double LOOSE = 1e-6;
+
+static void hold_turn(variation *variation, const scene *rod_scene)
+{
+    if (variation->axes == 1 || scene_end_holds_rotation(rod_scene->start.type) ||
+        scene_end_holds_rotation(rod_scene->end.type)) {
+        return;
+    }
+    for (int j = 0; j < variation->axes; j++) {
+        stability_matrix_add(&variation->matrix, row_of_turn(variation, 0) + j,
+                             row_of_turn(variation, 0) + j,
+                             LOOSE * variation->typical / variation->edge[ELEMENTS]);
+    }
+}
+
 /* A tube at its base, where a straight part behind it may twist; and what is beyond its end. */
 static void hold_tubes(variation *variation, const scene *rod_scene)
 {
@@ -535,6 +553,7 @@ static ad_status assemble(variation *variation, const scene *rod_scene, const do
     }
     hold_end(variation, &rod_scene->start, 0);
     hold_end(variation, &rod_scene->end, ELEMENTS);
+    hold_turn(variation, rod_scene);
     hold_tubes(variation, rod_scene);
     return variation->rod ? add_laws(variation, rod_scene, values, error) : AD_OK;
 }

@@ -46,6 +46,7 @@ enum { STABILITY_TEXT = 200 };
  * motion about it, of strain modes (physics/chain/modes.h), whose vibrations are e^(lambda t). */
 typedef struct stability {
     int modes;        /* as stability_count; >= 0: the next four are not asked for */
+    bool aside;       /* lost by what leaves the plane that the scene keeps the rod in */
     double share;     /* the largest real part of a lambda over its size: 1 where the rod gives way
                        * at once (divergence), in flutter as much damping as would end it; below
                        * what rounding leaves of 0, or < 0 with damping: nothing grows */
@@ -56,8 +57,9 @@ typedef struct stability {
     char unknown[STABILITY_TEXT]; /* "": known; else why not */
 } stability;
 
-/* Of a scene at rest and values as for stability_count; of others, and of manufactured ones,
- * nothing is asked: modes is -1, share not a number, `unknown` empty. AD_NO_MEMORY, what the tape
+/* Of a scene at rest and values as for stability_count. What leaves the plane of a planar scene
+ * counts, too, unless `motion` says planar. Of other scenes, and of manufactured ones, nothing is
+ * asked: modes is -1, share not a number, `unknown` empty. AD_NO_MEMORY, what the tape
  * says of formulas. */
 ad_status stability_find(const scene *rod_scene, const double *values, stability *result,
                          ad_error *error);

@@ -67,6 +67,9 @@ ad_status static_gives_way(const static_solution *solution, bool *lost, ad_error
     stability found;
     *lost = false;
     ad_status status = sample(solution, &given, values, error);
+    if (status == AD_OK && rod_plane_of(&given).is_planar) { /* no path leads out of it */
+        given.motion = SCENE_PLANAR;
+    }
     status = status == AD_OK ? stability_find(&given, values, &found, error) : status;
     *lost = status == AD_OK && stability_is_lost(&found) && !stability_flutters(&found);
     return status;

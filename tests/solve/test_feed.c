@@ -265,7 +265,7 @@ static void test_slow(void **state)
     "loads: {gravity: [9.81, 0, 0], drag: 0.02}\n"                                                 \
     "bodies: [{at: 0.3, mass: 0.002}]\n"                                                           \
     "tendons: [{offset: [\"0.002*cos(20*s)\", \"0.002*sin(20*s)\"], tension: pull}]\n"             \
-    "time: {duration: 0.3}\n"
+    "time: {duration: 0.3, windows: 1}\n"
 static const char follows[] =
     "parameters: {out: {range: [0.12, 0.24]}, pull: {range: [0, 4]}}\n"
     "rod: {model: kirchhoff, length: 0.3, inserted: out, feed_time: 0.04,\n" MATTER
@@ -299,6 +299,13 @@ static const char goes[] =
     "bodies: [{at: 0.3, mass: 0.002}]\n"
     "tendons: [{offset: [0.002, 0.001], tension: pull}]\n"
     "time: {duration: 0.3, windows: 1}\n";
+
+/* A base that could be turned and stays: the rod is that without it. */
+static const char could_turn[] =
+    "parameters: {out: {range: [0.12, 0.24]}, pull: {range: [0, 4]}, turn: {range: [-1, 2]}}\n"
+    "rod: {model: kirchhoff, length: 0.3, inserted: out, feed_time: 0.04,\n" MATTER
+    ", relaxation_time: 0.01}}\n"
+    "boundary: {start: {rotation: [cos(turn/2), 0, 0, sin(turn/2)], turn_time: 0.05}}\n" ACTS;
 
 static reduced_rod *reduced(const char *text, config **given)
 {
@@ -356,6 +363,7 @@ static void test_follows(void **state)
     (void)state;
     follow(follows, formula, 0.18, 0.22);
     follow(turns, turned, 0, 0.5);
+    follow(could_turn, formula, 0.18, 0.22);
 }
 
 /* A stiff arc of curvature 2 goes round with its base, r = R(a) r0 and r_t = a_t e3 x r, and a

@@ -81,7 +81,7 @@ static void test_columns(void **state)
                 {9.05, NULL, 2},
                 {0.995, "motion=spatial", 0},
                 {1.005, "motion=spatial", 2},                 /* to any side */
-                {1.005, "rod.stiffness.bending=[3, 12]", 0},  /* in the plane about d2 */
+                {1.005, "rod.stiffness.bending=[3, 12]", 0},  /* in the plane, about d2 */
                 {0.252, "rod.stiffness.bending=[12, 3]", 1}}; /* EI is that about d1 */
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         char load[64];
@@ -91,7 +91,7 @@ static void test_columns(void **state)
         if (ways != rows[i].ways) {
             fail_msg("row %zu: %d ways instead of %d", i, ways, rows[i].ways);
         }
-        assert_int_equal(verdict_has(&found, VERDICT_UNSTABLE), ways > 0);
+        assert_int_equal(verdict_has(&found, VERDICT_UNSTABLE), rows[i].load > 1 || ways > 0);
     }
 }
 

@@ -465,6 +465,35 @@ static void follow_forces(room r)
 }
 #endif
 
+/* How the unknowns of an equilibrium change with the parameters. The matrix leaves out what steps
+ * of finite length along the rod add, changes of the residual do not: what is missing becomes less
+ * by the share that is left out, each time. */
+static void follow_equilibrium(room r, int *rows)
+{
+    enum { MOST = 8 };
+    double step = HUGE_VAL, size = 0;
+    int i, k;
+    for (i = 0; i < N * P; i++) {
+        r.du[i] = 0;
+    }
+    for (k = 0; k < MOST && step > ROUNDING * size; k++) {
+        const double before = step;
+        state_by(r.x, r.dz, r.w);
+        residual_by(r.x, r.moment, r.w);
+        for (i = 0; i < P; i++) {
+            solve(r, rows, P, r.moment + i, NULL);
+        }
+        step = size = 0;
+        for (i = 0; i < N * P; i++) {
+            step = larger(step, fabs(r.moment[i]));
+        }
+        for (i = 0; i < N * P && step < before; i++) { /* else it is rounding */
+            r.du[i] -= r.moment[i];
+            size = larger(size, fabs(r.du[i]));
+        }
+    }
+}
+
 /* Directions of curvature and state for each parameter: of the network where no steps are taken,
  * else of the equilibrium. */
 static int find_directions(room r, int steps)
@@ -476,17 +505,7 @@ static int find_directions(room r, int steps)
     set_unit(P, r.dp);
     if (steps > 0) {                               /* residual (p, u) = 0 */
         solve(r, rows, 1, r.residual, r.u + FIRM); /* which tensions pull */
-        for (i = 0; i < N * P; i++) {
-            r.du[i] = 0;
-        }
-        state_by(r.x, r.dz, r.w);
-        residual_by(r.x, r.du, r.w);
-        for (i = 0; i < P; i++) {
-            solve(r, rows, P, r.du + i, NULL);
-        }
-        for (i = 0; i < N * P; i++) {
-            r.du[i] = -r.du[i];
-        }
+        follow_equilibrium(r, rows);
     } else {
         for (i = 0; i < FORCES * P; i++) {
             r.du[i] = 0;
