@@ -108,6 +108,8 @@ if ! watched; then
         run 0 cpinn-plan lumen.yaml --set plan.planner=$planner --set plan.states=3000
         said stdout.txt '^solved$'
     done
+    run 0 cpinn-plan lumen.yaml --compile --threads 1 --json -
+    said stdout.txt '"by": "solver", "error": 2.*e-05, .* "processor_seconds": [0-9]'
     # Searched by a network, which says how far it is off.
     run 0 cpinn-train lumen.yaml --quiet
     run 0 cpinn-plan "${harder[@]}"

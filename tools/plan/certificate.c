@@ -37,6 +37,7 @@ typedef struct certifier {
     const certificate_settings *asked;
     size_t count; /* of nodes, the first `given` ones in order */
     node *nodes;
+    double nearest; /* m, the least that a shape has left */
     double *travel; /* [pieces] */
     ad_error *error;
 } certifier;
@@ -84,6 +85,7 @@ static void judge_shape(certifier *c, node *n, size_t member)
                                    .from = c->asked->from};
     if (e->error[member] < INFINITY) {
         clearance_of_shape(c->of, &shape, n->free, &n->shape);
+        c->nearest = fmin(c->nearest, n->shape.free);
     } else {
         n->shape = (clearance){.free = -INFINITY, .shape_error = INFINITY};
     }
@@ -144,12 +146,12 @@ static double part_of_ranges(const certifier *c, const node *a, const node *b)
     return part;
 }
 
-/* Whether the way from a to the next holds, and takes off no more than a fourth, or a thousandth of
- * the length; false: look half-way. What the derivative changes from end to end is added once, for
- * what it does between them; and what travel bends from point to point a fourth of, twice what a
- * parabola leaves between points. Where unknown parameters move a point by x at a and y at b, they
- * move it by no more than max(x, y) + |x - y| between: as half of travel is taken off and (x + y)/2
- * was already, that is 3 |x - y|. */
+/* Whether the way from a to the next holds, and leaves no less than the nearest of all shapes but a
+ * fourth, or a thousandth of the length; false: look half-way. What the derivative changes from end
+ * to end is added once, for what it does between them; and what travel bends from point to point a
+ * fourth of, twice what a parabola leaves between points. Where unknown parameters move a point by
+ * x at a and y at b, they move it by no more than max(x, y) + |x - y| between: as half of travel is
+ * taken off and (x + y)/2 was already, that is 3 |x - y|. */
 static bool judge_way(certifier *c, node *a, const node *b)
 {
     const size_t points = c->exact->points;
@@ -179,38 +181,64 @@ static bool judge_way(certifier *c, node *a, const node *b)
     a->least = clearance_between(pieces_of(c), a->free, b->free, c->travel);
     const bool smooth = (change <= largest / 2 || largest < 1e-9 * c->exact->length) &&
                         part_of_ranges(c, a, b) <= STEP_MAX;
-    const double both = fmin(a->shape.free, b->shape.free);
-    const bool close = both - a->least <= fmax(both / 4, 1e-3 * c->exact->length);
+    const bool close = c->nearest - a->least <= fmax(c->nearest / 4, 1e-3 * c->exact->length);
     return smooth && close && a->least >= c->asked->promised;
 }
 
 /* ---- the way --------------------------------------------------------------------------------- */
 
+/* Nodes evenly between a node and the next, so many pieces. */
+static ad_status divide(certifier *c, size_t at, size_t pieces)
+{
+    const size_t variables = (size_t)c->exact->robot->count;
+    const node *const a = &c->nodes[at], *const b = &c->nodes[a->next];
+    ad_status status = AD_OK;
+    for (size_t i = 1, last = at; i < pieces && status == AD_OK; i++, last = c->count - 1) {
+        const double part = (double)i / (double)pieces;
+        double q[PLAN_VARIABLES_MAX];
+        for (size_t k = 0; k < variables; k++) {
+            q[k] = a->q[k] + part * (b->q[k] - a->q[k]);
+        }
+        status = add_node(c, q);
+        if (status == AD_OK) {
+            c->nodes[c->count - 1].next = c->nodes[last].next;
+            c->nodes[last].next = c->count - 1;
+        }
+    }
+    return status;
+}
+
+/* Between those that are given, as many as there are at least. */
+static ad_status divide_all(certifier *c)
+{
+    const size_t given = c->count;
+    ad_status status = AD_OK;
+    for (size_t i = 0; i + 1 < given && status == AD_OK; i++) {
+        const double steps = part_of_ranges(c, &c->nodes[i], &c->nodes[i + 1]) / STEP_MAX;
+        const size_t pieces = (size_t)ceil(steps * (1 + 1e-9));
+        status = c->count + pieces <= c->asked->shapes_max ? divide(c, i, pieces) : status;
+    }
+    return status;
+}
+
 /* Half-way between a node and the next, for each that does not hold. */
 static ad_status split(certifier *c, bool *jumps, size_t *where)
 {
-    const size_t variables = (size_t)c->exact->robot->count, before = c->count;
+    const size_t before = c->count;
     for (size_t i = 0; i < before; i++) {
-        node *const a = &c->nodes[i];
+        const node *const a = &c->nodes[i];
         if (a->holds) {
             continue;
         }
-        const node *const b = &c->nodes[a->next];
-        double q[PLAN_VARIABLES_MAX];
-        for (size_t k = 0; k < variables; k++) {
-            q[k] = (a->q[k] + b->q[k]) / 2;
-        }
-        if (part_of_ranges(c, a, b) < 1e-6 || c->count >= c->asked->shapes_max) {
+        if (part_of_ranges(c, a, &c->nodes[a->next]) < 1e-6 || c->count >= c->asked->shapes_max) {
             *jumps = true;
             *where = i;
             return AD_OK;
         }
-        ad_status status = add_node(c, q);
+        const ad_status status = divide(c, i, 2);
         if (status != AD_OK) {
             return status;
         }
-        c->nodes[c->count - 1].next = a->next;
-        a->next = c->count - 1;
     }
     return AD_OK;
 }
@@ -308,7 +336,8 @@ ad_status certificate_create(plan_exact *shapes, const environment *of, environm
                              const double *configurations, certificate **result, ad_error *error)
 {
     *result = NULL;
-    certifier c = {.exact = shapes, .of = of, .asked = settings, .error = error};
+    certifier c = {
+        .exact = shapes, .of = of, .asked = settings, .nearest = INFINITY, .error = error};
     const size_t most = settings->shapes_max > count ? settings->shapes_max : count;
     certificate *const to = calloc(1, sizeof *to);
     c.nodes = malloc(most * sizeof *c.nodes);
@@ -324,6 +353,9 @@ ad_status certificate_create(plan_exact *shapes, const environment *of, environm
     }
     if (status == AD_OK) {
         to->variables = shapes->robot->count;
+        status = divide_all(&c);
+    }
+    if (status == AD_OK) {
         status = certify(&c, side, &to->end, &to->which);
     }
     status = status == AD_OK ? tell(&c, to) : status;

@@ -303,7 +303,7 @@ ad_status ompl_find(const ompl_search *search, double **way, size_t *length, siz
     return guarded(error, [&] {
         Search of(*search);
         const ob::PlannerPtr planner = of.make();
-        find(of, *planner, 3, search->count, way, length, looked);
+        find(of, *planner, 1, search->count, way, length, looked);
         planner->clear(); /* LazyPRM does not when it ends */
     });
 }

@@ -201,7 +201,7 @@ void plan_robot_place(const plan_robot *of, const double *configuration, size_t 
 /* ---- exact shapes ---------------------------------------------------------------------------- */
 
 ad_status plan_exact_create(const plan_robot *robot, const scene *of, size_t points, double from,
-                            plan_exact **result, ad_error *error)
+                            int threads, plan_exact **result, ad_error *error)
 {
     *result = NULL;
     plan_exact *const e = calloc(1, sizeof *e);
@@ -217,7 +217,7 @@ ad_status plan_exact_create(const plan_robot *robot, const scene *of, size_t poi
     e->length = scene_length(of);
     e->points = sampling_along(e->length, points, 1, &from, s);
     const solve_members_settings settings = {
-        .tolerance = PLAN_TOLERANCE, .threads = 0, .points = e->points, .s = s};
+        .tolerance = PLAN_TOLERANCE, .threads = threads, .points = e->points, .s = s};
     ad_status status = solve_members_create(of, &settings, &e->solver, error);
     if (status == AD_OK && (robot->slide >= 0 || robot->turn >= 0) &&
         !solve_members_is_unloaded(e->solver)) {
@@ -370,7 +370,7 @@ static ad_status try_unknown(plan_exact *of, size_t members, const int *part, do
         off[row] = fmax(off[row], sqrt(differs));
     }
     for (size_t m = 0; m < members && status == AD_OK; m++) {
-        of->error[m] = of->solved[m].solved ? of->error[m] : INFINITY;
+        of->error[m] = fmax(of->error[m], of->solved[m].estimate * of->length);
     }
     return status;
 }
@@ -447,7 +447,7 @@ ad_status plan_exact_shapes(plan_exact *of, size_t members, const double *config
     for (size_t m = 0; m < members && status == AD_OK; m++) {
         const double *const values = &of->values[m * of->points * columns];
         const double *const q = &configurations[m * count];
-        of->error[m] = of->solved[m].solved ? PLAN_TOLERANCE * of->length : INFINITY;
+        of->error[m] = fmax(PLAN_TOLERANCE, of->solved[m].estimate) * of->length;
         plan_robot_place(robot, q, of->points, columns, values, &of->r[3 * m * of->points]);
         for (size_t k = 0; k < of->points; k++) {
             const size_t row = m * of->points + k;

@@ -51,7 +51,8 @@ typedef struct plan_exact {
     double *r;       /* [3] */
     double *speed;   /* |dr/ds| */
     double *moves;   /* [3][count]: dr/d(variable) */
-    double *error;   /* [members], m; infinite: there is no such equilibrium */
+    double *error;   /* [members], m, by the tolerance, or what is estimated on the finest mesh
+                      * where that is more; infinite: there is no such equilibrium */
     double *spread;  /* [members][points], m: what unknown parameters move a point at most */
     double *tangent; /* [members][3], of length 1: where the rod points at its tip */
     double *turns;   /* [members][3][count]: dtangent/d(variable) */
@@ -62,7 +63,7 @@ typedef struct plan_exact {
 /* So many points from 0 to the length, and one at `from`. The robot and the scene must outlive
  * it. Errors of solve_members_create. */
 ad_status plan_exact_create(const plan_robot *robot, const scene *of, size_t points, double from,
-                            plan_exact **result, ad_error *error);
+                            int threads, plan_exact **result, ad_error *error);
 void plan_exact_free(plan_exact *of); /* NULL is allowed */
 
 enum { PLAN_BATCH = 64 };

@@ -125,7 +125,7 @@ ad_status reach_tip(plan_exact *shapes, const reach_goal *goal, const double *fr
         for (size_t m = 0; m < members && status == AD_OK; m++) {
             double image[OPTIM_SEEK_IMAGES], by[OPTIM_SEEK_IMAGES * PLAN_VARIABLES_MAX];
             look(shapes, goal, m, image, by);
-            optim_seek_tell(&seekers[which[m]], image, by, shapes->error[m] < INFINITY);
+            optim_seek_tell(&seekers[which[m]], image, by, shapes->error[m] <= off);
         }
     }
     for (size_t i = 0; i < PLAN_BATCH && status == AD_OK; i++) {

@@ -25,6 +25,7 @@ typedef struct finder {
     place start, at[PLAN_GOALS_MAX];
     double room;    /* m, the least that start and goal have beyond what is promised */
     double unknown; /* what unknown parameters take off there at most */
+    int wider;      /* powers of two of the room that is kept beyond that */
     double needed;  /* of the rod from the surface, in the search */
     roadmap map;
     double *values, *r; /* [points][columns], [points][3] */
@@ -234,18 +235,20 @@ static ad_status find_goals(finder *f, bool *all, char key[PLAN_KEY])
 /* ---- searches -------------------------------------------------------------------------------- */
 
 /* What a search keeps beyond what is promised: the error of its shapes, what unknown parameters
- * take off, and some room for what bounds take off, more each time; where start and goals leave
- * less, most of that. */
-static double margin(const finder *f, int search)
+ * take off, and some room for what bounds take off, which makes a certificate short; where start
+ * and goals leave less, most of that. */
+static double margin(const finder *f)
 {
-    const double wanted = fmax(0.1 * f->of->settings->clearance, 1e-4 * f->of->exact->length);
-    return f->of->shapes->error + fmin(f->unknown + ldexp(wanted, search), 0.8 * f->room);
+    const plan_settings *const s = f->of->settings;
+    const double wanted =
+        fmax(fmax(0.1 * s->clearance, 0.2 * s->radius), 1e-4 * f->of->exact->length);
+    return f->of->shapes->error + fmin(f->unknown + ldexp(wanted, f->wider), 0.8 * f->room);
 }
 
 static ompl_search search_of(finder *f, int search, int goal, size_t states)
 {
     const plan_settings *const s = f->of->settings;
-    f->needed = s->radius + s->clearance + margin(f, search);
+    f->needed = s->radius + s->clearance + margin(f);
     return (ompl_search){.count = f->robot->count,
                          .low = f->robot->low,
                          .high = f->robot->high,
@@ -288,27 +291,31 @@ static ad_status search(finder *f, int goal, certificate **result)
 {
     const size_t states = (size_t)f->of->settings->states, before = f->to->looked;
     size_t corners = 0;
+    f->wider = 0;
     for (int k = 0; k < SEARCHES_MAX && f->to->looked - before < states; k++) {
         const bool by_map = f->map.map && k == 0; /* later ones want more room than it knows of */
         const size_t left = states - (f->to->looked - before);
-        const ompl_search asked = search_of(f, k, goal, by_map ? left / 4 : left);
+        const ompl_search asked = search_of(f, k, goal, k < 2 ? left / 4 : left);
         double *found = NULL;
         size_t length = 0, looked = 0;
-        const double start = train_seconds();
+        const double start = train_seconds(), begin = train_processor_seconds();
         ad_status status =
             by_map ? roadmap_find(&f->map, &asked, f->needed, &found, &length, &looked, f->error)
                    : ompl_find(&asked, &found, &length, &looked, f->error);
-        const double middle = train_seconds();
+        const double middle = train_seconds(), half = train_processor_seconds();
         status = status == AD_OK ? f->status : status;
         f->to->looked += looked;
         f->to->searches++;
         f->to->seconds_search += middle - start;
+        f->to->processor_search += half - begin;
+        f->wider += found ? 1 : -2;
         if (status == AD_OK && found) {
             certificate_free(*result);
             *result = NULL;
             corners = length;
             status = certify(f, length, found, result);
             f->to->seconds_certificate += train_seconds() - middle;
+            f->to->processor_certificate += train_processor_seconds() - half;
         }
         free(found);
         if (status != AD_OK) {

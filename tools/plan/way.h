@@ -52,7 +52,8 @@ typedef struct way {
     size_t corners;                /* of the way that was found */
     int searches;
     double seconds_search, seconds_certificate, seconds_roadmap;
-    roadmap_source source; /* of a roadmap */
+    double processor_search, processor_certificate; /* s, of this thread */
+    roadmap_source source;                          /* of a roadmap */
     size_t nodes, edges;
 } way;
 

@@ -22,10 +22,13 @@ static const char program[] = "cpinn-plan";
  * members that say how far the network is off. */
 enum { SEARCH_POINTS = 51, EXACT_POINTS = 121, VERIFIED = 500 };
 
+/* Of the solver in the search, over the length: what it is off is a margin there. */
+static const double SEARCH_TOLERANCE = 1e-4;
+
 typedef struct options {
     const char *config, *out, *shapes, *run, *json;
     cli_list overrides;
-    int seed;
+    int seed, threads;
     bool compile, quiet;
 } options;
 
@@ -37,8 +40,8 @@ typedef struct planning {
     plan_robot robot;
     plan_exact *exact;
     double s[SEARCH_POINTS + 1];
-    cpinn_family *family;  /* one of the two is there */
-    solve_members *solver; /* of the points of the search */
+    cpinn_family *family;  /* one of the two is there: of a network or of compiled C, */
+    solve_members *solver; /* or of the points of the search */
     solve_member solved;
     way_shapes shapes;
     char by[300];
@@ -79,11 +82,28 @@ static bool is_of_scene(const planning *p)
     return same;
 }
 
+static cpinn_family_settings of_search(const planning *p)
+{
+    return (cpinn_family_settings){
+        .points = p->shapes.points, .s = p->s, .compile = p->asked.compile, .threads = 1};
+}
+
+/* With the error that is known of its answers. */
+static ad_status search_by_family(planning *p, double off, ad_error *error)
+{
+    if (*cpinn_family_not_compiled(p->family)) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "--compile: %.300s",
+                       cpinn_family_not_compiled(p->family));
+    }
+    p->shapes = (way_shapes){
+        by_family, p, p->shapes.points, (size_t)cpinn_family_columns(p->family), p->s, off};
+    return AD_OK;
+}
+
 static ad_status open_family(planning *p, const char *folder, ad_error *error)
 {
     cpinn_family_check check;
-    const cpinn_family_settings settings = {
-        .points = p->shapes.points, .s = p->s, .compile = p->asked.compile, .threads = 1};
+    const cpinn_family_settings settings = of_search(p);
     ad_status status = cpinn_family_open(folder, &settings, &p->family, error);
     if (status == AD_OK && !is_of_scene(p)) {
         return ad_fail(error, AD_BAD_INPUT,
@@ -91,19 +111,10 @@ static ad_status open_family(planning *p, const char *folder, ad_error *error)
                        "again, or name another by --run",
                        p->asked.config, folder);
     }
-    if (status == AD_OK && *cpinn_family_not_compiled(p->family)) {
-        return ad_fail(error, AD_BAD_ARGUMENT, "--compile: %.300s",
-                       cpinn_family_not_compiled(p->family));
-    }
     status = status == AD_OK ? cpinn_family_verify(p->family, VERIFIED, 1, &check, error) : status;
     if (status == AD_OK) {
         const double worst = check.rows[CPINN_WAY_NETWORK].worst;
-        p->shapes = (way_shapes){by_family,
-                                 p,
-                                 p->shapes.points,
-                                 (size_t)cpinn_family_columns(p->family),
-                                 p->s,
-                                 isfinite(worst) ? worst : 0};
+        status = search_by_family(p, isfinite(worst) ? worst : 0, error);
         snprintf(p->by, sizeof p->by,
                  "the network in %.150s, off by %.2g m at worst of %zu members", folder, worst,
                  check.members - check.unsolved);
@@ -113,14 +124,23 @@ static ad_status open_family(planning *p, const char *folder, ad_error *error)
 
 static ad_status open_solver(planning *p, ad_error *error)
 {
+    const double off = SEARCH_TOLERANCE * scene_length(&p->read->scene);
     const solve_members_settings settings = {
-        .tolerance = CPINN_TOLERANCE, .threads = 1, .points = p->shapes.points, .s = p->s};
+        .tolerance = SEARCH_TOLERANCE, .threads = 1, .points = p->shapes.points, .s = p->s};
+    snprintf(p->by, sizeof p->by, "the solver%s, off by %.2g m",
+             p->asked.compile ? ", compiled" : "", off);
+    if (p->asked.compile) {
+        const cpinn_family_settings same = of_search(p);
+        const ad_status status =
+            cpinn_family_file(p->asked.config, p->asked.overrides.count, p->asked.overrides.texts,
+                              SEARCH_TOLERANCE, &same, &p->family, error);
+        return status == AD_OK ? search_by_family(p, off, error) : status;
+    }
     p->shapes.of_member = by_solver;
     p->shapes.context = p;
     p->shapes.columns = SOLVE_MEMBERS_COLUMNS;
     p->shapes.s = p->s;
-    p->shapes.error = CPINN_TOLERANCE * scene_length(&p->read->scene);
-    snprintf(p->by, sizeof p->by, "the solver, off by %.2g m", p->shapes.error);
+    p->shapes.error = off;
     return solve_members_create(&p->read->scene, &settings, &p->solver, error);
 }
 
@@ -350,11 +370,12 @@ static void tell(const void *of, json *to)
             json_close(to, '}');
         }
         json_open(to, "search", '{');
-        json_text(to, "by", p->family ? "network" : "solver");
+        json_text(to, "by", strncmp(p->by, "the solver", 10) == 0 ? "solver" : "network");
         json_number(to, "error", p->shapes.error);
         json_integer(to, "searches", w->searches);
         json_integer(to, "configurations", (int64_t)w->looked);
         json_number(to, "seconds", w->seconds_search);
+        json_number(to, "processor_seconds", w->processor_search);
         json_close(to, '}');
     }
     if (w->certificate) {
@@ -362,6 +383,7 @@ static void tell(const void *of, json *to)
         json_text(to, "holds", w->end == WAY_CERTIFIED ? "yes" : "no");
         json_integer(to, "shapes", (int64_t)w->certificate->count);
         json_number(to, "seconds", w->seconds_certificate);
+        json_number(to, "processor_seconds", w->processor_certificate);
         for (int k = 0; k < PLAN_PARTS; k++) {
             json_number(to, plan_part_column(k), plan_part(&w->certificate->all, k));
         }
@@ -388,7 +410,7 @@ static ad_status run(planning *p, ad_error *error)
                  : status;
     if (status == AD_OK) {
         status = plan_exact_create(&p->robot, &p->read->scene, EXACT_POINTS, p->read->plan.from,
-                                   &p->exact, error);
+                                   p->asked.threads, &p->exact, error);
     }
     status = status == AD_OK ? open_shapes(p, error) : status;
     status = status == AD_OK ? find(p, error) : status;
@@ -424,6 +446,7 @@ int main(int argc, char **argv)
                                {"--run", "DIR", CLI_TEXT, &o->run, 0, 0},
                                {"--compile", NULL, CLI_FLAG, &o->compile, 0, 0},
                                CLI_SEED(&o->seed),
+                               CLI_THREADS(&o->threads),
                                CLI_SET(&o->overrides),
                                CLI_JSON(&o->json),
                                CLI_QUIET(&o->quiet)};
