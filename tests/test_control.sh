@@ -36,7 +36,7 @@ below 'reduced rod' 1 0.3
 below 'reduced rod' 2 0.7
 check nothing on stderr -- test ! -s stderr.txt
 # Pushed through a port, turned and bent by a tendon: noise as above, and the drives follow within a period.
-run 0 cpinn-control "$ROOT/configs/families/port_control.yaml" --set control.model=reduced --set control.duration=0.8
+run 0 cpinn-control "$ROOT/configs/families/port_control.yaml" --set control.model=reduced --set control.duration=1.2
 said stdout.txt '^  reach +[0-9.]+e-0[5-9] mm rms, '
 below 'reduced rod' 1 0.3
 below 'reduced rod' 2 0.7

@@ -332,12 +332,18 @@ static ad_status place_plane(equilibria *equilibria, control_task *task, ad_erro
     return status;
 }
 
+/* Every so many-th place that is judged is held; others lie on the way from one to the next. */
+static int ways_of(const control_task *task)
+{
+    return task->path == CONTROL_POINTS && task->travel > 0 ? JUDGED_OF_WAY : 1;
+}
+
 /* The time of the i-th of the places at which a path without approach is judged; false: there are
  * no more. Ways between set points that are gone in jumps have none but their ends. */
 static bool judged_at(const control_task *task, const task_path *path, int i, double *t)
 {
     if (task->path == CONTROL_POINTS) {
-        const int ways = task->travel > 0 ? JUDGED_OF_WAY : 1, point = i / ways;
+        const int ways = ways_of(task), point = i / ways;
         *t = (i % ways) * task->travel / ways;
         for (int k = 0; k <= point && k < task->point_count; k++) {
             *t += k < point ? task->points[k].stay + task->travel : task->points[k].stay;
@@ -349,12 +355,13 @@ static bool judged_at(const control_task *task, const task_path *path, int i, do
     return i < JUDGED_PLACES;
 }
 
-ad_status equilibria_place_task(equilibria *equilibria, control_task *task, double *rms,
-                                double *worst, ad_error *error)
+ad_status equilibria_place_task(equilibria *equilibria, control_task *task, equilibria_reach *found,
+                                ad_error *error)
 {
-    double point[3], off[3], inputs[SCENE_PARAMETERS_MAX], sum = 0, t;
+    double point[3], off[3], inputs[SCENE_PARAMETERS_MAX], sum = 0, held = 0, t;
     double world[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     const bool plane = task->path != CONTROL_POINTS && task->path != CONTROL_FILE;
+    const int ways = ways_of(task);
     task_path *path = NULL;
     int count = 0;
     ad_status status = plane ? place_plane(equilibria, task, error) : AD_OK;
@@ -363,14 +370,17 @@ ad_status equilibria_place_task(equilibria *equilibria, control_task *task, doub
     alone.approach = 0;
     status = status == AD_OK ? task_path_create(&alone, start, &path, error) : status;
     equilibria_middle(equilibria, inputs);
-    *worst = 0;
+    *found = (equilibria_reach){0};
     for (; status == AD_OK && judged_at(&alone, path, count, &t); count++) {
         task_path_at(path, t, point);
         status = reach(equilibria, point, 3, world, inputs, off, error);
-        sum += square(3, off);
-        *worst = fmax(*worst, sqrt(square(3, off)));
+        const double size = square(3, off);
+        sum += size;
+        held += count % ways == 0 ? size : 0;
+        found->worst = fmax(found->worst, sqrt(size));
     }
-    *rms = sqrt(sum / fmax(count, 1));
+    found->rms = sqrt(sum / fmax(count, 1));
+    found->held = sqrt(held / fmax((count + ways - 1) / ways, 1));
     task_path_free(path);
     return status;
 }

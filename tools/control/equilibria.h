@@ -26,10 +26,14 @@ ad_status equilibria_settle(equilibria *equilibria, const double *inputs, double
 ad_status equilibria_derivatives(equilibria *equilibria, const double *inputs, const double *state,
                                  int count, const int *which, double *by, ad_error *error);
 
-/* Fills in centre, normal and heights of a circle or an eight where they are open. rms, worst: by
- * how much, m, places along the path, also between set points, are off where the place can be at
- * rest. */
-ad_status equilibria_place_task(equilibria *equilibria, control_task *task, double *rms,
-                                double *worst, ad_error *error);
+/* By how much, m, places along the path are off where the place can be at rest. */
+typedef struct equilibria_reach {
+    double rms, worst; /* also between set points */
+    double held;       /* rms; of set points alone where there are some */
+} equilibria_reach;
+
+/* Fills in centre, normal and heights of a circle or an eight where they are open. */
+ad_status equilibria_place_task(equilibria *equilibria, control_task *task, equilibria_reach *found,
+                                ad_error *error);
 
 #endif

@@ -418,9 +418,11 @@ static ad_status place_task(control_loop *loop, ad_error *error)
 {
     enum { USUAL = 1000 }; /* 1/m */
     control_settings *c = &loop->control;
-    const ad_status status =
-        equilibria_place_task(loop->rest, &c->task, &loop->reach, &loop->reach_worst, error);
-    c->accuracy = isnan(c->accuracy) ? fmax(1.0 / USUAL, loop->reach) : c->accuracy;
+    equilibria_reach reach = {0};
+    const ad_status status = equilibria_place_task(loop->rest, &c->task, &reach, error);
+    loop->reach = reach.rms;
+    loop->reach_worst = reach.worst;
+    c->accuracy = isnan(c->accuracy) ? fmax(1.0 / USUAL, reach.held) : c->accuracy;
     return status;
 }
 
