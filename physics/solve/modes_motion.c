@@ -66,7 +66,7 @@ static ad_status create(solve_rod *rod, const modes_counts *counts, int finer, s
     solution->states = calloc(STATES * count * size + 1, sizeof *solution->states);
     solution->all = calloc(count, sizeof *solution->all);
     solution->energies = calloc(given + 1, sizeof *solution->energies);
-    solution->room = calloc(2 * STATES * size + 1, sizeof *solution->room);
+    solution->room = calloc(2 * size * STATES + 1, sizeof *solution->room);
     return solution->states && solution->all && solution->energies && solution->room
                ? AD_OK
                : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu times", count);

@@ -74,8 +74,8 @@ static inline robot make_robot(bool base)
 static inline void open_robot(robot *r, size_t points)
 {
     ad_error error = {.message = ""};
-    assert_int_equal(plan_exact_create(&r->moves, &r->owner->scene, points, 0, 0, &r->exact, &error),
-                     AD_OK);
+    assert_int_equal(
+        plan_exact_create(&r->moves, &r->owner->scene, points, 0, 0, &r->exact, &error), AD_OK);
 }
 
 static inline void free_robot(robot *r)

@@ -82,6 +82,7 @@ static void assert_marks(const solution_path *path, const expected_mark *marks, 
  * 1e-11, bifurcations to 5e-10, as 2,000 steps show. */
 #define ARCH(start, end)                                                                           \
     "parameters: {a: 0.5}\n"                                                                       \
+    "motion: planar\n" /* it would turn about its pins */                                          \
     "rod:\n"                                                                                       \
     "  length: 1\n"                                                                                \
     "  stiffness: {shear: [40000, 40000], axial: 100000, bending: [1, 1], torsion: 0.8}\n"         \
@@ -322,6 +323,7 @@ static void test_ring(void **state)
 
 #define TURNED                                                                                     \
     "parameters: {a: 1.5*pi}\n"                                                                    \
+    "motion: planar\n" /* in space more than a turn gives way to the side */                       \
     "rod: {model: kirchhoff, length: 1, stiffness: {bending: [1, 1], torsion: 0.8}}\n"             \
     "boundary:\n"                                                                                  \
     "  start: {type: clamped}\n"                                                                   \

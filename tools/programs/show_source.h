@@ -69,9 +69,9 @@ ad_status show_choose_points(showing *showing, const scene *of, double until, ad
 ad_status show_put_shapes(showing *showing, const scene *of, const char *const *labels,
                           const table_source *ghost, const char *ghost_name, ad_error *error);
 
-/* Whether that file is to be a picture, .svg, .png, .gif, .mp4 or .webm; and the picture of what has
- * been put into showing->to: cpinn-picture takes the place of this program, which returns only where
- * it cannot be started. AD_BAD_INPUT: there is no Python; AD_IO, AD_NO_MEMORY. */
+/* Whether that file is to be a picture, .svg, .png, .gif, .mp4 or .webm; and the picture of what
+ * has been put into showing->to: cpinn-picture takes the place of this program, which returns only
+ * where it cannot be started. AD_BAD_INPUT: there is no Python; AD_IO, AD_NO_MEMORY. */
 bool show_is_picture(const char *path);
 ad_status show_picture(showing *showing, ad_error *error);
 
