@@ -338,6 +338,13 @@ static void find_tangent(plan_exact *e, size_t member, const double *configurati
     memcpy(&e->tangent[3 * member], t, sizeof t);
 }
 
+/* m, of a member that was solved; infinite where the estimate is no number. */
+static double error_of(const plan_exact *of, size_t member)
+{
+    const double estimate = of->solved[member].estimate;
+    return estimate >= 0 ? fmax(PLAN_TOLERANCE, estimate) * of->length : INFINITY;
+}
+
 /* Adds what one choice of the unknown parameters moves, part [unknowns] -1, 0 or 1 of each half
  * range; off [members][points] what that differs from the derivative. */
 static ad_status try_unknown(plan_exact *of, size_t members, const int *part, double *off,
@@ -370,7 +377,7 @@ static ad_status try_unknown(plan_exact *of, size_t members, const int *part, do
         off[row] = fmax(off[row], sqrt(differs));
     }
     for (size_t m = 0; m < members && status == AD_OK; m++) {
-        of->error[m] = fmax(of->error[m], of->solved[m].estimate * of->length);
+        of->error[m] = fmax(of->error[m], error_of(of, m));
     }
     return status;
 }
@@ -447,7 +454,7 @@ ad_status plan_exact_shapes(plan_exact *of, size_t members, const double *config
     for (size_t m = 0; m < members && status == AD_OK; m++) {
         const double *const values = &of->values[m * of->points * columns];
         const double *const q = &configurations[m * count];
-        of->error[m] = fmax(PLAN_TOLERANCE, of->solved[m].estimate) * of->length;
+        of->error[m] = error_of(of, m);
         plan_robot_place(robot, q, of->points, columns, values, &of->r[3 * m * of->points]);
         for (size_t k = 0; k < of->points; k++) {
             const size_t row = m * of->points + k;
