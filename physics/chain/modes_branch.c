@@ -31,6 +31,11 @@ static int end_point(const modes *m, int mode)
     return (m->mode[mode].last_element + 1) * (m->stages + 1);
 }
 
+bool modes_branch_as_before(const modes *m, int i)
+{
+    return i > 0 && first_point(m, m->branch.mode[i]) == first_point(m, m->branch.mode[i - 1]);
+}
+
 ad_status modes_branch_give(modes *m, const solve_section *made, ad_error *error)
 {
     const double same = 1e-12;
@@ -106,10 +111,10 @@ static ad_status times_at(const modes *m, const double *inputs, double *times, a
 {
     ad_status status = AD_OK;
     for (int i = 0; i < m->branch.count && status == AD_OK; i++) {
-        const int a = m->branch.mode[i], before = i > 0 ? m->branch.mode[i - 1] : -1;
+        const int a = m->branch.mode[i];
         solve_section made;
-        if (before >= 0 && first_point(m, a) == first_point(m, before)) {
-            times[a] = times[before];
+        if (modes_branch_as_before(m, i)) {
+            times[a] = times[m->branch.mode[i - 1]];
             continue;
         }
         status = solve_rod_part(m->rod, SOLVE_SECTIONS, 1, &m->s[first_point(m, a)], m->time,

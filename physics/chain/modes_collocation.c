@@ -8,14 +8,8 @@
 
 /* ---- making -------------------------------------------------------------------------------- */
 
-/* Numbers of all that a branch has. */
-static size_t branch_size(const modes *m, int stages)
-{
-    const size_t s = (size_t)stages, rows = 5 * s + s * s + 3 + 2 * s * (size_t)m->inputs;
-    return m->branch.count > 0 ? (rows + (size_t)m->width) * (size_t)m->size : 0;
-}
-
-static void take_branch(collocation *x, double *at)
+/* How many numbers a branch has, which begin at `at`; NULL: they are counted alone. */
+static size_t take_branch(collocation *x, double *at)
 {
     collocation_branch *to = &x->branch;
     const size_t n = (size_t)x->size, s = (size_t)x->by.rule.stages, inputs = (size_t)x->m->inputs;
@@ -24,10 +18,12 @@ static void take_branch(collocation *x, double *at)
                               &to->matrix,  &to->relaxing, &to->rate_by, &to->rest_by};
     const size_t rows[] = {s, s * s,      1,         1, s, s, s, s, (size_t)x->m->width,
                            1, s * inputs, s * inputs};
+    size_t count = 0;
     for (size_t i = 0; i < sizeof rows / sizeof *rows && x->m->branch.count > 0; i++) {
-        *parts[i] = at;
-        at += rows[i] * n;
+        *parts[i] = at ? at + count : NULL;
+        count += rows[i] * n;
     }
+    return count;
 }
 
 ad_status collocation_create(modes *m, int stages, collocation **result, ad_error *error)
@@ -45,7 +41,7 @@ ad_status collocation_create(modes *m, int stages, collocation **result, ad_erro
     const size_t pairs = (size_t)x->by.pairs;
     int *pivots = malloc(pairs * n * sizeof *pivots);
     double *at = x->memory = calloc(4 * each + 6 * n + 3 * square + 2 * pairs * n * n +
-                                        each * (each + 1) + branch_size(m, stages),
+                                        each * (each + 1) + take_branch(x, NULL),
                                     sizeof *at);
     x->solve[0].pivot = pivots;
     if (!at || !pivots) {

@@ -298,6 +298,9 @@ void modes_turn_derivatives(modes *m, double *by_q, double *by_v);
 
 bool modes_branch_any(const solve_section *section);
 
+/* Whether the i-th mode with a branch is of the piece of the one before, where all relax alike. */
+bool modes_branch_as_before(const modes *m, int i);
+
 /* Takes what the sections [points] say. AD_BAD_INPUT: a time that varies along a piece. */
 ad_status modes_branch_give(modes *m, const solve_section *made, ad_error *error);
 void modes_branch_rest(modes *m);

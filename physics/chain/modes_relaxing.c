@@ -3,13 +3,6 @@
 
 #include <string.h>
 
-/* Whether the modes i and i + 1 that have a branch are of one piece, where all relax alike. */
-static bool as_before(const modes *m, int i)
-{
-    return i > 0 &&
-           m->mode[m->branch.mode[i]].first_element == m->mode[m->branch.mode[i - 1]].first_element;
-}
-
 /* left, by of mode k. */
 static void solve_stages(collocation *collocation, int k, double h)
 {
@@ -51,7 +44,7 @@ ad_status collocation_branch_begin(collocation *collocation, double t, double h,
     for (int i = 0; i < m->branch.count && status == AD_OK; i++) {
         const int k = m->branch.mode[i];
         to->start[k] = d[k];
-        if (!as_before(m, i)) {
+        if (!modes_branch_as_before(m, i)) {
             solve_stages(collocation, k, h);
             continue;
         }

@@ -347,8 +347,8 @@ ad_status loop_run(control_loop *loop, loop_report *report, ad_error *error)
     ad_status status = r && room ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a loop");
     memset(report, 0, sizeof *report);
     report->samples = loop->samples;
-    report->reach = loop->reach;
-    report->reach_worst = loop->reach_worst;
+    report->reach = loop->reach.rms;
+    report->reach_worst = loop->reach.worst;
     if (status == AD_OK) {
         *r = (running){.x = loop, .report = report, .rows = room};
         memcpy(r->applied, loop->middle, sizeof r->applied);

@@ -416,13 +416,10 @@ static ad_status rest(control_loop *loop, ad_error *error)
  * to the other, unless its square costs as little as the inputs do. */
 static ad_status place_task(control_loop *loop, ad_error *error)
 {
-    enum { USUAL = 1000 }; /* 1/m */
+    const double usual = 1e-3; /* m */
     control_settings *c = &loop->control;
-    equilibria_reach reach = {0};
-    const ad_status status = equilibria_place_task(loop->rest, &c->task, &reach, error);
-    loop->reach = reach.rms;
-    loop->reach_worst = reach.worst;
-    c->accuracy = isnan(c->accuracy) ? fmax(1.0 / USUAL, reach.held) : c->accuracy;
+    const ad_status status = equilibria_place_task(loop->rest, &c->task, &loop->reach, error);
+    c->accuracy = isnan(c->accuracy) ? fmax(usual, loop->reach.held) : c->accuracy;
     return status;
 }
 

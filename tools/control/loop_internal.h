@@ -45,7 +45,7 @@ struct control_loop {
     int states, parameters;
     int input_count, inputs[CONTROL_INPUTS_MAX]; /* of the nominal parameters */
     double middle[SCENE_PARAMETERS_MAX];
-    double reach, reach_worst;
+    equilibria_reach reach;
 
     equilibria *rest;
     plant *robot;

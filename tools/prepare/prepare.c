@@ -139,12 +139,11 @@ static ad_status check_training(const config *config, ad_error *error)
     return blame(config, status, key, &reason, error);
 }
 
-/* context: whether the scene is a simulated robot's, whose rod settles for itself; NULL: it is not.
- */
+/* context: whether the scene is a simulated robot's, whose rod settles for itself. */
 static ad_status choose(config *config, const void *context, ad_error *error)
 {
     const bool *is_robot = context;
-    ad_status status = is_robot && *is_robot ? AD_OK : check_start(config, error);
+    ad_status status = *is_robot ? AD_OK : check_start(config, error);
     status = status == AD_OK ? choose_formulation(config, error) : status;
     status = status == AD_OK ? choose_training(config, error) : status;
     if (status == AD_OK && config_controls(config)) {
@@ -155,7 +154,8 @@ static ad_status choose(config *config, const void *context, ad_error *error)
 
 ad_status prepare_choices(config *config, ad_error *error)
 {
-    return config_with_points(config, choose, NULL, error);
+    const bool is_robot = false;
+    return config_with_points(config, choose, &is_robot, error);
 }
 
 /* ---- the beginning ------------------------------------------------------------------------- */
@@ -204,9 +204,11 @@ ad_status prepare_config(config *config, ad_error *error)
     return status == AD_OK ? prepare_start(config, error) : status;
 }
 
-static ad_status prepare(ad_status status, config **x, ad_error *error)
+/* What was read with `status`. */
+static ad_status prepare(ad_status status, bool is_robot, config **x, ad_error *error)
 {
-    status = status == AD_OK ? prepare_config(*x, error) : status;
+    status = status == AD_OK ? config_with_points(*x, choose, &is_robot, error) : status;
+    status = status == AD_OK ? prepare_start(*x, error) : status;
     if (status != AD_OK) {
         config_free(*x);
         *x = NULL;
@@ -217,21 +219,21 @@ static ad_status prepare(ad_status status, config **x, ad_error *error)
 ad_status prepare_read(const char *path, const char *text, int count, const char *const *overrides,
                        config **result, ad_error *error)
 {
-    return prepare(config_read(path, text, count, overrides, result, error), result, error);
+    return prepare(config_read(path, text, count, overrides, result, error), false, result, error);
 }
 
 ad_status prepare_read_member(const char *path, const char *text, int count,
                               const char *const *overrides, const char *at, config **result,
                               ad_error *error)
 {
-    return prepare(config_read_member(path, text, count, overrides, at, result, error), result,
-                   error);
+    return prepare(config_read_member(path, text, count, overrides, at, result, error), false,
+                   result, error);
 }
 
 ad_status prepare_create(const scene *rod_scene, const train_settings *settings, config **result,
                          ad_error *error)
 {
-    return prepare(config_create(rod_scene, settings, result, error), result, error);
+    return prepare(config_create(rod_scene, settings, result, error), false, result, error);
 }
 
 static ad_status read_plant(const char *path, int count, const char *const *overrides,
@@ -264,16 +266,12 @@ static ad_status read_plant(const char *path, int count, const char *const *over
     if (surrogate_is_given(&nominal->surrogate)) {
         all[count++] = "surrogate=null";
     }
-    const bool is_robot = true;
-    ad_status status = config_read(path, NULL, count, all, plant, error);
+    const ad_status status =
+        prepare(config_read(path, NULL, count, all, plant, error), true, plant, error);
     free(all);
-    status = status == AD_OK ? config_with_points(*plant, choose, &is_robot, error) : status;
-    status = status == AD_OK ? prepare_start(*plant, error) : status;
     if (status == AD_OK) {
         return AD_OK;
     }
-    config_free(*plant);
-    *plant = NULL;
     snprintf(reason, sizeof reason, "%s", error->message);
     return ad_fail(error, status == AD_NO_MEMORY ? status : AD_BAD_INPUT,
                    "%.200s: control.plant.set: %.280s", path, reason);
