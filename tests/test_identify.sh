@@ -77,6 +77,16 @@ refuse_written 'data\[0\].columns: is 3; allowed: a section of names, each with 
 run 2 cpinn-solve "$scenes/stiffness.yaml" --data nowhere
 said stderr.txt '^cpinn-solve: --data nowhere: allowed: a folder that is there$'
 
+# How a tube is turned, from where the rod is; what the solver wrote is found to its own error.
+cat >tubes.yaml <<'END'
+rod: {model: kirchhoff, length: 1, stiffness: {bending: [1, 1], torsion: 0.8}, rest: {curvature: [0.5, 0, 0]}}
+tubes: [{stiffness: {bending: [2, 2], torsion: 1.6}, rest: {curvature: [0.4, 0, 0]}, end: 0.6, turned: 1.1, transmission: 0.3}]
+END
+run 0 cpinn-solve tubes.yaml --grid 3 --out tubes.csv
+run 0 cpinn-solve tubes.yaml --set 'tubes[0].turned={identify: 0.5, range: [0, 3]}' --json tubes.json \
+    --set "data=[{quantity: position, file: $PWD/tubes.csv, noise: 1e-3}]"
+check angle of a tube -- near "$(sed -n 's/.*"tubes_0_turned", "value": \([^,]*\).*/\1/p' tubes.json)" 1.1 1e-6
+
 # The network finds what the solver does, as well known.
 run 0 cpinn-solve "$scenes/bent.yaml" --json solved.json
 run 0 cpinn-train "$scenes/bent.yaml" --out whole --threads 1 --json trained.json

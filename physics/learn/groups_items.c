@@ -312,8 +312,8 @@ static void add_tubes(recorder *recorder)
         add(recorder, "softness of a tube", "1/EI", GROUP_SCALAR, 0.1,
             ad_mul(ad_reciprocal(recorder->softness), tube.softness));
         add(recorder, "curvature of a tube", "1/L", GROUP_SCALAR, 0.5, tube.rest);
-        add(recorder, "angle of a tube", "", GROUP_SCALAR, 0.5,
-            quantities_of(recorder, 1, &open->tubes[i].turned, 1));
+        add(recorder, "angle of a tube", "", GROUP_SCALAR, 0.5, tube.turned);
+        add(recorder, "straight part behind a tube", "L", GROUP_SCALAR, 0.5, tube.transmission);
     }
 }
 

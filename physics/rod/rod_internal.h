@@ -281,12 +281,12 @@ rod_wrench rod_constitutive(const rod_context *rod, const rod_kinematics *kinema
 
 /* rod_tubes.c. A tube at the s of the rod; stiffness and rest shape also beyond its end. */
 typedef struct rod_tube {
-    ad_value bending;    /* [2] K */
-    ad_value softness;   /* 1/G, 0: it does not twist */
-    ad_value rest;       /* [3] k by itself */
-    double end;          /* within [0, 1] */
-    double turned;       /* rad */
-    double transmission; /* of the length */
+    ad_value bending;      /* [2] K */
+    ad_value softness;     /* 1/G, 0: it does not twist */
+    ad_value rest;         /* [3] k by itself */
+    double end;            /* within [0, 1] */
+    ad_value turned;       /* rad */
+    ad_value transmission; /* of the length */
 } rod_tube;
 
 rod_tube rod_tube_of(const rod_context *rod, int index);

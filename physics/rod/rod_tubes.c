@@ -18,9 +18,10 @@ double rod_tube_turn_share(double load_factor)
 /* G_i of the middle, by EI: what its torsion is counted in; 1 where it does not twist. */
 static double tube_torsion_unit(const rod_context *rod, int index)
 {
-    const scene *given = rod->scene;
-    quantity torsion = scene_tube_properties(&given->tubes[index]).curvature_stiffness[2];
-    double middle = quantity_value(torsion, scene_tube_end(given, index) / 2, 0);
+    scene_tube tube = rod->scene->tubes[index];
+    tube.rod.growth = (quantity){.is_given = false}; /* 1 in the middle */
+    quantity torsion = scene_tube_properties(&tube).curvature_stiffness[2];
+    double middle = quantity_value(torsion, scene_tube_end(rod->scene, index) / 2, 0);
     return isfinite(middle) ? middle / (rod->scales.moment * rod->scales.length) : 1;
 }
 
@@ -28,6 +29,7 @@ rod_tube rod_tube_of(const rod_context *rod, int index)
 {
     const scene_tube *given = &rod->scene->tubes[index];
     const scene_properties made = scene_tube_properties(given);
+    const scene_rest rest = scene_rod_rest(&given->rod);
     const double length = rod->scales.length, none[3] = {0, 0, 0};
     double unit = rod->scales.moment * length;
     quantity torsion = made.curvature_stiffness[2];
@@ -37,10 +39,11 @@ rod_tube rod_tube_of(const rod_context *rod, int index)
         .softness = locked
                         ? ad_scalar(rod->tape, 0)
                         : ad_scale(ad_reciprocal(rod_quantity(rod, torsion, rod->s, rod->t)), unit),
-        .rest = rod_quantities(rod, 3, given->rod.rest_curvature, none, length, rod->s, rod->t),
+        .rest = rod_quantities(rod, 3, rest.curvature, none, length, rod->s, rod->t),
         .end = scene_tube_end(rod->scene, index) / length,
-        .turned = given->turned.number,
-        .transmission = given->transmission.number / length};
+        .turned = rod_quantity(rod, given->turned, rod->s, rod->t),
+        .transmission =
+            ad_scale(rod_quantity(rod, given->transmission, rod->s, rod->t), 1 / length)};
 }
 
 /* ---- the equations --------------------------------------------------------------------------- */
@@ -123,10 +126,10 @@ ad_value rod_tube_ansatz(const rod_context *rod, ad_value outputs)
         ad_value share = ad_square(rod->at.load_factor);
         ad_value torsion =
             ad_mul(fall, ad_scale(ad_row(outputs, 2 * i + 1), tube_torsion_unit(rod, i)));
-        ad_value theta = ad_add(ad_scale(share, tube.turned), ad_mul(rise, ad_row(outputs, 2 * i)));
-        if (tube.transmission > 0) {
+        ad_value theta = ad_add(ad_mul(share, tube.turned), ad_mul(rise, ad_row(outputs, 2 * i)));
+        if (quantity_is_something(rod->scene->tubes[i].transmission)) {
             ad_value twisted = ad_substitute(ad_mul(tube.softness, torsion), rod->s, zero);
-            theta = ad_add(theta, ad_scale(twisted, tube.transmission));
+            theta = ad_add(theta, ad_mul(twisted, tube.transmission));
         }
         rows[2 * i] = theta;
         rows[2 * i + 1] = torsion;

@@ -216,6 +216,9 @@ void scene_with(const scene *open, int count, const char *const *names, const do
     }
     result->place = quantity_with(open->place, count, names, values);
     result->rod.growth = quantity_with(open->rod.growth, count, names, values);
+    for (int i = 0; i < open->tube_count; i++) {
+        result->tubes[i].rod.growth = result->rod.growth;
+    }
 }
 
 bool scene_memory_uses(const scene *rod_scene, const char *name)

@@ -452,6 +452,17 @@ static void rewrite(const mapping *map, scene *result)
     result->rod.inserted = (quantity){.is_given = false};
 }
 
+/* What is behind s = 0 stays as long as it is, for each member. */
+static void grow_tubes(scene *result)
+{
+    const quantity base = quantity_put(result->rod.growth, "s", quantity_number(0));
+    for (int i = 0; i < result->tube_count; i++) {
+        scene_tube *tube = &result->tubes[i];
+        tube->rod.growth = result->rod.growth;
+        tube->transmission = scene_grown(tube->transmission, base, -1);
+    }
+}
+
 ad_status scene_map(const scene *given, scene *mapped, const char **key, ad_error *error)
 {
     *mapped = *given;
@@ -474,6 +485,7 @@ ad_status scene_map(const scene *given, scene *mapped, const char **key, ad_erro
         const bool grows = !quantity_is(growth, 1);
         mapped->rod.growth = grows ? growth : (quantity){.is_given = false};
         rewrite(map, mapped);
+        grow_tubes(mapped);
         drop_behind(map, mapped);
         status = find_feed(map, &mapped->feed);
         if (!grows && map->knots[0].at <= 0) {

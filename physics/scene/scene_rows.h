@@ -437,11 +437,11 @@
     X(of "rest.curvature", 3, in rod.rest_curvature, LISTS, ALONG, FINITE, AXIAL_VECTOR, BODY,     \
       "1/m", ZERO, NULL,                                                                           \
       "Curvature of the free tube about its own d1, d2, d3; formulas of s.")                       \
-    X(of "turned", 1, in turned, LISTS, ONE_NUMBER, FINITE, SCALAR, WORLD, "rad", ZERO, NULL,      \
+    X(of "turned", 1, in turned, LISTS, EACH_NUMBER, FINITE, SCALAR, WORLD, "rad", ZERO, NULL,      \
       "Angle by which the base of the tube is turned about the axis against that of the rod, any " \
       "number of turns.")                                                                          \
-    X(of "transmission", 1, in transmission, LISTS, ONE_NUMBER, NOT_NEGATIVE, SCALAR, WORLD, "m",  \
-      ZERO, NULL,                                                                                  \
+    X(of "transmission", 1, in transmission, LISTS, EACH_NUMBER, NOT_NEGATIVE, SCALAR, WORLD,      \
+      "m", ZERO, NULL,                                                                                  \
       "Length of the straight part of the tube behind s = 0, at whose far end it is turned.")
 
 #define SCENE_BEAM_POINT_ROWS(X, of, in)                                                           \

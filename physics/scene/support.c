@@ -415,11 +415,9 @@ static const char *turned_by_input(const scene *scene)
                                                                       : NULL;
 }
 
-static const char *mapped_tubes(const scene *scene)
+static const char *inserted_tubes(const scene *scene)
 {
-    return scene->place.is_given || scene->rod.inserted.is_given || ranged_place(scene)
-               ? has_tubes(scene)
-               : NULL;
+    return scene->rod.inserted.is_given || scene->feed.to > 0 ? has_tubes(scene) : NULL;
 }
 
 static const char *mapped_law(const scene *scene)
@@ -481,7 +479,7 @@ static const feature_row features[] = {
      "mmmmm mm mmmm mm m", OF_SOLUTION},
     {"a manufactured solution", NULL, manufactured,
      "yyymm yx yyyy yy m", "it is that of one scene, and what has ranges is of many"},
-    {"a rod with tubes whose lengths or places have ranges, or that is inserted", NULL, mapped_tubes,
+    {"a rod with tubes that is inserted", NULL, inserted_tubes,
      "xxxxx xx xxxx xx x", NULL},
     {"a learned law of a rod whose lengths or places have ranges", NULL, mapped_law,
      "xxxxx xx xxxx xx x", NULL},

@@ -328,7 +328,7 @@ static void hold_tubes(variation *variation, const scene *rod_scene)
     for (int i = 0; i < variation->tubes; i++) {
         const scene_tube *tube = &rod_scene->tubes[i];
         quantity torsion = scene_tube_properties(tube).curvature_stiffness[2];
-        double softness = tube->transmission.number / quantity_value(torsion, 0, 0);
+        double softness = quantity_value(tube->transmission, 0, 0) / quantity_value(torsion, 0, 0);
         int base = row_of_tube(variation, i, 0);
         stability_matrix_add(&variation->matrix, base, base, softness > 0 ? 1 / softness : held);
         for (int node = 1; node <= ELEMENTS; node++) {

@@ -129,7 +129,7 @@ static ad_status measure(const solve_rod *rod, path_shape *path, ad_error *error
     double couple = along.softness[0] * along.couple, spread = along.softness[2] * along.spread;
     double tubes = rod_numbers_of(&rod->scene).tubes, turned = 0;
     for (int i = 0; i < rod->scene.tube_count; i++) {
-        turned = fmax(turned, fabs(rod->scene.tubes[i].turned.number));
+        turned = fmax(turned, fabs(quantity_value(rod->scene.tubes[i].turned, 0, 0)));
     }
     moment = along.softness[0] * (moment + pull.moment);
     force *= along.softness[1];

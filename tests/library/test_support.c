@@ -77,7 +77,7 @@ static const feature_scene scenes[] = {
     {.feature = "locked shear or stretch",
      .changes = {"rod.model=inextensible", "loads.tip.force=[0, 0, 100]"},
      .without = "rod.model=cosserat"},
-    {.feature = "a rod with tubes whose lengths or places have ranges, or that is inserted",
+    {.feature = "a rod with tubes that is inserted",
      .changes =
          {"rod.model=kirchhoff", "rod.inserted=0.2",
           "tubes=[{section: {radius: 0.03, inner_radius: 0.025}, end: 0.2, "

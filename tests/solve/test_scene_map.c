@@ -282,36 +282,67 @@ static const char swings[] =
     "initial: {velocity: [0, s, 0]}\n"
     "time: {duration: 0.1}\n";
 
-/* A member of what scene_map has made, along another s, against the scene with its numbers, by both
- * methods. */
+/* The tip of a member of what scene_map has made, along another s, against that of the scene with
+ * its numbers; of errors of `tolerance` each. */
+static void compare_tips(const char *text, const double *member, int count,
+                         const char *const *numbers, solve_method method, double tolerance)
+{
+    ad_error error = {.message = ""};
+    config *family = read_text(text, 0, NULL), *fixed = read_text(text, count, numbers);
+    scene mapped;
+    scene_member(&family->scene, member, &mapped);
+    const scene *of[2] = {&mapped, &fixed->scene};
+    double tip[2][13];
+    for (int k = 0; k < 2; k++) {
+        const solve_settings asked = {.tolerance = tolerance, .method = method};
+        const double end = scene_length(of[k]), t = 0.1;
+        const size_t times = scene_is_dynamic(of[k]);
+        solution *found = NULL;
+        solve_report report;
+        assert_good(solution_create(of[k], &asked, times, &t, &found, &report, &error), &error);
+        assert_good(solution_evaluate(found, 13, 1, &end, times ? &t : NULL, tip[k], &error),
+                    &error);
+        solution_free(found);
+    }
+    for (int c = 0; c < 7; c++) {
+        assert_near(tip[0][c], tip[1][c], 4 * tolerance);
+    }
+    config_free(family);
+    config_free(fixed);
+}
+
 static void test_motion(void **state)
 {
     (void)state;
     static const double member[2] = {0.23, 0.08};
     static const char *const numbers[2] = {"parameters.first=0.23", "parameters.at=0.08"};
-    const solve_method methods[2] = {SOLVE_COLLOCATION, SOLVE_MODES};
-    ad_error error = {.message = ""};
-    config *family = read_text(swings, 0, NULL), *fixed = read_text(swings, 2, numbers);
-    scene mapped;
-    scene_member(&family->scene, member, &mapped);
-    for (int i = 0; i < 2; i++) {
-        const scene *of[2] = {&mapped, &fixed->scene};
-        double tip[2][13];
-        for (int k = 0; k < 2; k++) {
-            const solve_settings asked = {.tolerance = 1e-6, .method = methods[i]};
-            const double end = scene_length(of[k]), t = 0.1;
-            solution *found = NULL;
-            solve_report report;
-            assert_good(solution_create(of[k], &asked, 1, &t, &found, &report, &error), &error);
-            assert_good(solution_evaluate(found, 13, 1, &end, &t, tip[k], &error), &error);
-            solution_free(found);
-        }
-        for (int c = 0; c < 7; c++) { /* of errors of 1e-6 each */
-            assert_near(tip[0][c], tip[1][c], 4e-6);
-        }
-    }
-    config_free(family);
-    config_free(fixed);
+    compare_tips(swings, member, 2, numbers, SOLVE_COLLOCATION, 1e-6);
+    compare_tips(swings, member, 2, numbers, SOLVE_MODES, 1e-6);
+}
+
+/* ---- concentric tubes ---------------------------------------------------------------------- */
+
+/* Pushed out and turned from behind; what is not outside is straight. */
+static const char pushed[] =
+    "parameters: {reach: {range: [0.2, 0.25]}, stop: {range: [0.1, 0.18]},\n"
+    "             angle: {range: [0, 1.5]}}\n"
+    "rod: {model: kirchhoff, length: reach, section: {shape: tube, radius: 6e-4,\n"
+    "      inner_radius: 4.5e-4}, rest: {curvature: [\"40*s\", 0, 0]},\n"
+    "      material: {youngs_modulus: 6e10, poissons_ratio: 0.3, density: 6450}}\n"
+    "loads: {gravity: [0, 0, -9.81], tip: {force: [0, 0.1, 0]}}\n"
+    "tubes:\n"
+    "  - {section: {radius: \"8e-4+5e-4*s\", inner_radius: 7e-4}, rest: {curvature: [5, \"9*s\", "
+    "1]},\n"
+    "     material: {youngs_modulus: 6e10, poissons_ratio: 0.3, density: 6450},\n"
+    "     end: stop, turned: angle, transmission: 0.28-stop}\n";
+
+static void test_tubes(void **state)
+{
+    (void)state;
+    static const double member[3] = {0.24, 0.11, 1.2};
+    static const char *const numbers[3] = {"parameters.reach=0.24", "parameters.stop=0.11",
+                                           "parameters.angle=1.2"};
+    compare_tips(pushed, member, 3, numbers, SOLVE_COLLOCATION, 1e-8);
 }
 
 /* ---- what is refused ----------------------------------------------------------------------- */
@@ -365,12 +396,13 @@ static void test_refusals(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        OF(robot, against_fixed),      OF(grown, against_fixed),
-        OF(displaced, against_fixed),  OF(rubbed, against_fixed),
-        OF(robot, derivatives),        OF(grown, derivatives),
-        OF(displaced, derivatives),    OF(rubbed, derivatives),
-        OF(inserted, derivatives),     cmocka_unit_test(test_against_cut),
-        cmocka_unit_test(test_motion), cmocka_unit_test(test_refusals),
+        OF(robot, against_fixed),        OF(grown, against_fixed),
+        OF(displaced, against_fixed),    OF(rubbed, against_fixed),
+        OF(robot, derivatives),          OF(grown, derivatives),
+        OF(displaced, derivatives),      OF(rubbed, derivatives),
+        OF(inserted, derivatives),       cmocka_unit_test(test_against_cut),
+        cmocka_unit_test(test_motion),   cmocka_unit_test(test_tubes),
+        cmocka_unit_test(test_refusals),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -307,11 +307,87 @@ static void test_tape(void **state)
     }
 }
 
+/* Angles, torsions and their residuals where a network says some functions of s, at the values of
+ * the parameters, [OPEN_ROWS][OPEN_POINTS]; of `by` in place of them their derivatives by one. */
+enum { OPEN_ROWS = 8, OPEN_POINTS = 3, OPEN_PARAMETERS = 2 };
+
+static void open_values(const scene *open, const double *parameters, int by, double *values)
+{
+    static const double s[OPEN_POINTS] = {0.05, 0.4, 0.6};
+    double inputs[OPEN_PARAMETERS][OPEN_POINTS];
+    recorded r = begin(open);
+    const ad_value p[OPEN_PARAMETERS] = {ad_input(r.tape, "a", 1), ad_input(r.tape, "b", 1)};
+    ad_value says[40], rows[4];
+    for (int i = 0; i < rod_network_outputs(open); i++) {
+        says[i] = ad_sin(ad_add(ad_scale(r.s, 1 + 0.1 * i), ad_scalar(r.tape, 0.7 * i)));
+    }
+    r.at.unknowns = ad_stack(OPEN_PARAMETERS, p);
+    const rod_state state = rod_ansatz(open, &r.at, ad_stack(rod_network_outputs(open), says));
+    rows[0] = state.tubes;
+    rows[1] = rod_residual(open, ROD_TWIST, state, &r.at);
+    rows[2] = rod_residual(open, ROD_TORSION, state, &r.at);
+    ad_value all = ad_stack(3, rows);
+    if (by >= 0) {
+        const ad_value one = ad_scalar(r.tape, 1);
+        assert_int_equal(ad_directional(1, &all, 1, &p[by], &one, &all), AD_OK);
+    }
+    for (int i = 0; i < OPEN_PARAMETERS * OPEN_POINTS; i++) {
+        inputs[i / OPEN_POINTS][i % OPEN_POINTS] = parameters[i / OPEN_POINTS];
+    }
+    assert_int_equal(ad_rows(all), OPEN_ROWS);
+    evaluate(1, &all, OPEN_POINTS, (const double *const[]){s, inputs[0], inputs[1]}, NULL, &values);
+    ad_tape_free(r.tape);
+}
+
+/* Angles and straight parts that are parameters: as their numbers, to rounding, and derivatives as
+ * differences, whose step of 1e-4 leaves 1e-8 of them. */
+static void test_open(void **state)
+{
+    (void)state;
+    static const double at[OPEN_PARAMETERS] = {0.9, 0.3}, h = 1e-4;
+    enum { NUMBERS = OPEN_ROWS * OPEN_POINTS };
+    double values[2][NUMBERS], beside[2][NUMBERS];
+    const char *const names[OPEN_PARAMETERS] = {"a", "b"};
+    quantities *given = quantities_create();
+    ad_error error;
+    scene open = helical_scene(), member;
+    for (int i = 0; i < OPEN_PARAMETERS; i++) {
+        assert_int_equal(quantities_coordinate(given, names[i], &error), AD_OK);
+        open.parameters[i] = (scene_parameter){.name = names[i], .high = 2};
+    }
+    open.parameter_count = open.unknown_count = OPEN_PARAMETERS;
+    open.tubes[0].turned = quantity_formula(given, "2*a");
+    open.tubes[0].transmission = quantity_formula(given, "b");
+    open.tubes[1].turned = quantity_formula(given, "-1.3*a^2");
+    open.tubes[1].transmission = quantity_formula(given, "b*a");
+    scene_member(&open, at, &member);
+    open_values(&open, at, -1, values[0]);
+    open_values(&member, at, -1, values[1]);
+    for (int i = 0; i < NUMBERS; i++) {
+        assert_near(values[0][i], values[1][i], 1e-14);
+    }
+    for (int by = 0; by < OPEN_PARAMETERS; by++) {
+        double largest = 0;
+        open_values(&open, at, by, values[0]);
+        for (int side = 0; side < 2; side++) {
+            double there[OPEN_PARAMETERS] = {at[0], at[1]};
+            there[by] += side ? h : -h;
+            open_values(&open, there, -1, beside[side]);
+        }
+        for (int i = 0; i < NUMBERS; i++) {
+            assert_near(values[0][i], (beside[1][i] - beside[0][i]) / (2 * h), 1e-7);
+            largest = fmax(largest, fabs(values[0][i]));
+        }
+        assert_true(largest > 0.1);
+    }
+    quantities_free(given);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_helical),
-                                       cmocka_unit_test(test_follower),
-                                       cmocka_unit_test(test_tape)};
+                                       cmocka_unit_test(test_follower), cmocka_unit_test(test_tape),
+                                       cmocka_unit_test(test_open)};
     const struct CMUnitTest alike[] = {
         cmocka_unit_test(test_bifurcation), cmocka_unit_test(test_bifurcation_load),
         cmocka_unit_test(test_snap), cmocka_unit_test(test_pendulum)};
