@@ -55,7 +55,7 @@ PROCESSOR_INLINE void add_multiple(double by, const lanes a[3], lanes to[3])
 /* ---- from the start to the last element ------------------------------------------------------ */
 
 /* Turns q by one step with terms [3][3], by the curvature's modes of an element by [modes][3]. */
-PROCESSOR_INLINE void take_step(const kinematics *kinematics, int e, const double *base,
+PROCESSOR_CALLED void take_step(const kinematics *kinematics, int e, const double *base,
                                 const double *by, const lanes *state, lanes q[4])
 {
     lanes terms[3][3];
@@ -73,7 +73,7 @@ PROCESSOR_INLINE void take_step(const kinematics *kinematics, int e, const doubl
     step_on(terms, q);
 }
 
-PROCESSOR_INLINE void turn_points(const kinematics *kinematics, int e, const lanes *state,
+PROCESSOR_CALLED void turn_points(const kinematics *kinematics, int e, const lanes *state,
                                   const lanes from[4], kinematics_point *at)
 {
     const int n = kinematics->stages;
@@ -153,7 +153,7 @@ PROCESSOR_INLINE void begin_rod(const kinematics *kinematics, kinematics_edge *e
     lanes_to_world(R, spin, edge->spin);
 }
 
-PROCESSOR_INLINE void find_shape(const kinematics *kinematics, const kinematics_work *w)
+PROCESSOR_CALLED void find_shape(const kinematics *kinematics, const kinematics_work *w)
 {
     const int n = kinematics->stages;
     begin_rod(kinematics, w->edge);
@@ -181,7 +181,7 @@ PROCESSOR_INLINE void find_shape(const kinematics *kinematics, const kinematics_
 
 /* ---- places ---------------------------------------------------------------------------------- */
 
-PROCESSOR_INLINE void find_place(const kinematics *kinematics, const kinematics_work *w, int place,
+PROCESSOR_CALLED void find_place(const kinematics *kinematics, const kinematics_work *w, int place,
                                  lanes seen[KINEMATICS_SEEN], lanes R[3][3], lanes spin[3])
 {
     const int e = kinematics->place_element[place], before = kinematics->place_before[place];
@@ -244,7 +244,7 @@ PROCESSOR_INLINE void add_point(const kinematics *kinematics, int e, int point,
 }
 
 /* Derivatives of a place by the modes of one element; `beyond` then has the element, too. */
-PROCESSOR_INLINE void differentiate_element(const kinematics *kinematics,
+PROCESSOR_CALLED void differentiate_element(const kinematics *kinematics,
                                             const kinematics_point *at, int e, const double *weight,
                                             bool moving, kinematics_beyond *beyond, lanes *by)
 {

@@ -87,7 +87,7 @@ PROCESSOR_INLINE void differentiate_rates(strain_form *form, int node, yielding 
     }
 }
 
-PROCESSOR_INLINE void differentiate_point(strain_form *form, int node)
+PROCESSOR_CALLED void differentiate_point(strain_form *form, int node)
 {
     strain_node *at = &form->at[node];
     const strain_point *point = &form->points[node];
@@ -122,7 +122,7 @@ PROCESSOR_INLINE void differentiate_point(strain_form *form, int node)
 
 /* ---- lengths of tendons ---------------------------------------------------------------------- */
 
-PROCESSOR_INLINE void differentiate_lengths(strain_form *form)
+PROCESSOR_CALLED void differentiate_lengths(strain_form *form)
 {
     for (int k = 0; k < form->tension_count; k++) {
         const strain_tension *of = &form->tensions[k];
@@ -149,7 +149,7 @@ PROCESSOR_INLINE bool moves_points(const strain_form *form, const strain_sources
 
 /* What a change of tensions, angles and what is given makes of r' and of the equation: it pulls
  * with the sign of -N, and takes from the moment of tendons, in the body. */
-PROCESSOR_INLINE void change_pulls(strain_form *form, const strain_sources *sources,
+PROCESSOR_CALLED void change_pulls(strain_form *form, const strain_sources *sources,
                                    const lanes *direction)
 {
     for (int i = 0; i < form->nodes && moves_points(form, sources); i++) {
@@ -201,7 +201,7 @@ PROCESSOR_INLINE void quotient_by_turn(const lanes p[4], const lanes q[4], lanes
 }
 
 /* M at s = 1 by a turn, or the condition of the turn. */
-PROCESSOR_INLINE void differentiate_end(strain_form *form)
+PROCESSOR_CALLED void differentiate_end(strain_form *form)
 {
     strain_edge *edge = &form->edges[form->kind.elements];
     lanes given[3], world[3], turn[3], by[3][3], R[3][3], upright[4];
@@ -255,7 +255,7 @@ PROCESSOR_INLINE void take(const lanes *direction, int first, lanes to[3])
         (to)[source] -= sources->of[source];                                                       \
     }
 
-PROCESSOR_INLINE void change_turns(strain_form *form, const strain_sources *sources,
+PROCESSOR_CALLED void change_turns(strain_form *form, const strain_sources *sources,
                                    const lanes *direction, changed *points, changed *edges)
 {
     const int n = form->kind.stages;
@@ -283,7 +283,7 @@ PROCESSOR_INLINE void change_turns(strain_form *form, const strain_sources *sour
     }
 }
 
-PROCESSOR_INLINE void change_forces(strain_form *form, const strain_sources *sources,
+PROCESSOR_CALLED void change_forces(strain_form *form, const strain_sources *sources,
                                     const lanes *direction, changed *points, changed *edges)
 {
     const int n = form->kind.stages;
@@ -318,7 +318,7 @@ PROCESSOR_INLINE void change_forces(strain_form *form, const strain_sources *sou
     }
 }
 
-PROCESSOR_INLINE void change_places(strain_form *form, const strain_sources *sources,
+PROCESSOR_CALLED void change_places(strain_form *form, const strain_sources *sources,
                                     const lanes *direction, changed *points, changed *edges)
 {
     const int n = form->kind.stages;
@@ -350,7 +350,7 @@ PROCESSOR_INLINE void change_places(strain_form *form, const strain_sources *sou
     }
 }
 
-PROCESSOR_INLINE void change_moments(strain_form *form, const strain_sources *sources,
+PROCESSOR_CALLED void change_moments(strain_form *form, const strain_sources *sources,
                                      const lanes *direction, changed *points, changed *edges)
 {
     const int n = form->kind.stages;
@@ -406,7 +406,7 @@ PROCESSOR_INLINE void push_row(const strain_push *push, const lanes force[3],
     }
 }
 
-PROCESSOR_INLINE void rows_of_points(strain_form *form, const strain_sources *sources,
+PROCESSOR_CALLED void rows_of_points(strain_form *form, const strain_sources *sources,
                                      const lanes *direction, changed *points, lanes *to)
 {
     for (int i = 0; i < form->nodes; i++) {
@@ -431,7 +431,7 @@ PROCESSOR_INLINE void rows_of_points(strain_form *form, const strain_sources *so
 }
 
 /* How the strains (v, u) of a point change: v with the slope, less its turn. */
-PROCESSOR_INLINE void change_strains(strain_form *form, int node, const lanes *direction,
+PROCESSOR_CALLED void change_strains(strain_form *form, int node, const lanes *direction,
                                      const changed *at, lanes strains[6])
 {
     lanes turned[3], by[3];
@@ -461,7 +461,7 @@ PROCESSOR_INLINE void change_strains_apart(strain_form *form, const strain_sourc
 }
 
 /* By how much tendons become shorter than they may be; points NULL: each is apart. */
-PROCESSOR_INLINE void rows_of_lengths(strain_form *form, const strain_sources *sources,
+PROCESSOR_CALLED void rows_of_lengths(strain_form *form, const strain_sources *sources,
                                       const lanes *direction, changed *points, lanes *to)
 {
     for (int k = 0; k < form->tension_count; k++) {
@@ -487,7 +487,7 @@ PROCESSOR_INLINE void rows_of_lengths(strain_form *form, const strain_sources *s
 }
 
 /* Places where laws act and ends, whose conditions are about edges. */
-PROCESSOR_INLINE void rows_of_edges(strain_form *form, const strain_sources *sources,
+PROCESSOR_CALLED void rows_of_edges(strain_form *form, const strain_sources *sources,
                                     const lanes *direction, changed *edges, lanes *to)
 {
     changed *last = &edges[form->kind.elements];

@@ -24,7 +24,7 @@ PROCESSOR_INLINE void turn_element(strain_form *form, int e, lanes q[4])
 }
 
 /* Rotations of points and edges. */
-PROCESSOR_INLINE void turn_all(strain_form *form)
+PROCESSOR_CALLED void turn_all(strain_form *form)
 {
     lanes q[4];
     memcpy(q, form->start_q, sizeof q);
@@ -231,7 +231,7 @@ PROCESSOR_INLINE void find_strain(strain_form *form, int node)
 
 /* ---- position and moment ------------------------------------------------------------------- */
 
-PROCESSOR_INLINE void place_all(strain_form *form)
+PROCESSOR_CALLED void place_all(strain_form *form)
 {
     const int n = form->kind.stages;
     lanes r[3], slope[GAUSS_STAGES_MAX][3], place[GAUSS_STAGES_MAX][3];
@@ -414,7 +414,7 @@ static void rub_pulls(strain_form *form)
     }
 }
 
-PROCESSOR_INLINE void find_positions(strain_form *form, lanes M[3])
+PROCESSOR_CALLED void find_positions(strain_form *form, lanes M[3])
 {
     give_tensions(form);
     rub_pulls(form);

@@ -149,7 +149,7 @@ typedef struct sweep {
 
 /* The changes of rows [stages][3] of element e, and of N and M at its beginning, by a change of its
  * curvatures (NULL: none), a turn of its beginning (NULL: none), and where `given` p beyond it. */
-PROCESSOR_INLINE void respond(const sweep *w, int e, const lanes *change, const lanes *turn,
+PROCESSOR_CALLED void respond(const sweep *w, int e, const lanes *change, const lanes *turn,
                               bool given, lanes *rows, lanes (*start)[3])
 {
     strain_form *form = w->form;
@@ -198,7 +198,7 @@ PROCESSOR_INLINE void respond(const sweep *w, int e, const lanes *change, const 
 }
 
 /* The same by component c of u at one of its points, of rows alone. */
-PROCESSOR_INLINE void respond_to_one(const sweep *w, int e, int own, int c, lanes *rows)
+PROCESSOR_CALLED void respond_to_one(const sweep *w, int e, int own, int c, lanes *rows)
 {
     strain_form *form = w->form;
     const int n = form->kind.stages;

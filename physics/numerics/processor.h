@@ -28,6 +28,9 @@
 #define PROCESSOR_INLINE static inline __attribute__((always_inline, unused))
 #endif
 
+/* The same, of a size that is compiled once for each processor, not again wherever it is called. */
+#define PROCESSOR_CALLED FOR_EACH_PROCESSOR static __attribute__((noinline))
+
 /* So many numbers side by side, anywhere in memory. */
 enum { LANES = 8 };
 typedef double lanes
