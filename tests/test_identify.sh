@@ -87,6 +87,37 @@ run 0 cpinn-solve tubes.yaml --set 'tubes[0].turned={identify: 0.5, range: [0, 3
     --set "data=[{quantity: position, file: $PWD/tubes.csv, noise: 1e-3}]"
 check angle of a tube -- near "$(sed -n 's/.*"tubes_0_turned", "value": \([^,]*\).*/\1/p' tubes.json)" 1.1 1e-6
 
+# How long a rod is, from its tip and from markers on a part of it that stays; and by how much more has come out of a
+# port than is said. What the solver wrote of others is found to its own error.
+cat >length.yaml <<'END'
+parameters: {pull: {range: [0, 2]}, more: {range: [0.05, 0.2]}, out: 0.15, off: 0}
+rod: {model: kirchhoff, section: {shape: circle, radius: 0.001},
+      material: {youngs_modulus: 5e9, poissons_ratio: 0.3, density: 2000}}
+segments: [{length: 0.1}, {length: more, section: {radius: 0.0008}}]
+loads: {gravity: [4, 0, 0]}
+tendons: [{offset: [0, 0.006], tension: pull}]
+END
+printf 's\n0.05\n0.1\n0.18\n' >places.csv
+printf 'pull,s,x,y,z\n' | tee markers.csv >tips.csv
+printf 'pull,x,y,z\n' >short.csv
+for pull in 0.5 1.5; do
+    run 0 cpinn-solve length.yaml --at "pull=$pull,more=0.08" --points places.csv --out shape.csv
+    awk -F, -v OFS=, -v pull=$pull 'NR > 1 { print pull, $1, $3, $4, $5 >>(NR < 4 ? "markers.csv" : "tips.csv") }' shape.csv
+    run 0 cpinn-solve length.yaml --set parameters.more=0.08 --set rod.inserted=0.14 --at "pull=$pull" --grid 2 --out shape.csv
+    awk -F, -v OFS=, -v pull=$pull 'NR == 3 { print pull, $3, $4, $5 }' shape.csv >>short.csv
+done
+cut -d, -f1,3- tips.csv >ends.csv
+measured() { echo "{quantity: position, file: $PWD/$1, noise: 1e-4}"; }
+longer() { cpinn-solve length.yaml --set 'parameters.more={identify: 0.15, range: [0.05, 0.2]}' --json length.json --set "data=[$1]"; }
+value_of() { sed -n "s/.*\"$1\", \"value\": \([^,]*\).*/\1/p" length.json; }
+run 0 longer "$(measured ends.csv), $(measured markers.csv)"
+check length -- near "$(value_of more)" 0.08 1e-6
+run 2 longer "$(measured tips.csv)"
+said stderr.txt 'tips.csv: s = 0.18 m is not on the rod, or goes with what is to be found'
+run 0 cpinn-solve length.yaml --set parameters.more=0.08 --set rod.inserted=out-off --json length.json \
+    --set 'parameters.off={identify: 0.02, range: [0, 0.05]}' --set "data=[$(measured short.csv)]"
+check inserted -- near "$(value_of off)" 0.01 1e-5
+
 # The network finds what the solver does, as well known.
 run 0 cpinn-solve "$scenes/bent.yaml" --json solved.json
 run 0 cpinn-train "$scenes/bent.yaml" --out whole --threads 1 --json trained.json

@@ -272,8 +272,9 @@ const char *scene_common_key(const scene *open, bool to_be_found, const scene_pa
         const scene_field *field = &scene_fields[i];
         const quantity *q = scene_field_of(open, field);
         const bool maps = !to_be_found && !scene_is_beam(open);
+        const bool lengthens = maps && !(scene_is_dynamic(open) && open->unknown_count > 0);
         bool common = field->rule == SCENE_ONE_NUMBER || (field->rule == SCENE_PLACE && !maps) ||
-                      (field->rule == SCENE_LENGTH && (!maps || open->unknown_count > 0)) ||
+                      (field->rule == SCENE_LENGTH && !lengthens) ||
                       (field->rule == SCENE_EACH_NUMBER && scene_is_beam(open));
         for (int k = to_be_found ? known : 0;
              k < (to_be_found ? open->parameter_count : known) && common; k++) {
@@ -284,6 +285,10 @@ const char *scene_common_key(const scene *open, bool to_be_found, const scene_pa
         }
     }
     *which = to_be_found ? rest_depends(open, known, open->parameter_count) : NULL;
+    if (to_be_found && open->place.is_given) {
+        *which = &open->parameters[known];
+        return "rod.length";
+    }
     return *which ? "rod.rest" : NULL;
 }
 
@@ -296,7 +301,8 @@ static ad_status check_common(const scene *family, const char **key, ad_error *e
     } extents[] = {{scene_whole_length(family), "rod.length"}, {family->duration, "time.duration"}};
     const scene_parameter *which = NULL;
     const char *common = scene_common_key(family, false, &which);
-    if (family->unknown_count > 0 && family->rod.inserted.is_given) {
+    const bool moves = scene_is_dynamic(family) || scene_is_beam(family);
+    if (family->unknown_count > 0 && family->rod.inserted.is_given && moves) {
         *key = "rod.inserted";
         return ad_fail(error, AD_BAD_INPUT,
                        "is given beside a parameter to be identified, whose measurements are along "
@@ -309,7 +315,7 @@ static ad_status check_common(const scene *family, const char **key, ad_error *e
                        "a family",
                        which->name);
     }
-    for (int i = 0; i < 2; i++) {
+    for (int i = 0; i < 2 && moves; i++) {
         for (int k = scene_known_count(family); k < family->parameter_count; k++) {
             if (quantity_any_depends_on(1, &extents[i].extent, family->parameters[k].name)) {
                 *key = extents[i].key;

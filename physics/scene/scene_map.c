@@ -63,6 +63,30 @@ double scene_growth_at(const scene *rod_scene, double s, double t)
     return rod_scene->rod.growth.is_given ? quantity_value(rod_scene->rod.growth, s, t) : 1;
 }
 
+double scene_s_of_place(const scene *open, const double *values, double place)
+{
+    enum { HALVINGS = 60 };
+    const double length = scene_length(open), same = 1e-9 * length;
+    double low = 0, high = length, other[SCENE_PARAMETERS_MAX];
+    if (!open->place.is_given) {
+        return place;
+    }
+    for (int i = 0; i < HALVINGS; i++) {
+        const double middle = (low + high) / 2;
+        *(scene_place_at(open, values, middle, 0) < place ? &low : &high) = middle;
+    }
+    const double s = low < same ? 0 : high > length - same ? length : high;
+    bool fixed = fabs(scene_place_at(open, values, s, 0) - place) <= same;
+    for (int k = scene_known_count(open); k < open->parameter_count; k++) {
+        for (int side = 0; side < 2 && fixed; side++) {
+            memcpy(other, values, (size_t)open->parameter_count * sizeof *other);
+            other[k] = side ? open->parameters[k].high : open->parameters[k].low;
+            fixed = fabs(scene_place_at(open, other, s, 0) - place) <= same;
+        }
+    }
+    return fixed ? s : NAN;
+}
+
 /* ---- places -------------------------------------------------------------------------------- */
 
 static bool is_place(const scene_field *field)
@@ -74,17 +98,21 @@ static bool is_place(const scene_field *field)
 static bool is_ranged(const scene *given, quantity q)
 {
     bool depends = quantity_depends_on(q, "t");
-    for (int i = 0; i < scene_known_count(given); i++) {
+    for (int i = 0; i < given->parameter_count; i++) {
         depends = depends || quantity_depends_on(q, given->parameters[i].name);
     }
     return depends;
 }
 
+/* Beside what is to be found only lengths are followed, and at rest: what is measured between
+ * places stays where it is. */
 static bool is_needed(const scene *given)
 {
+    const bool finds = given->unknown_count > 0;
     bool needed = given->rod.inserted.is_given;
     for (int i = 0; i < scene_field_count && !needed; i++) {
-        needed = is_place(&scene_fields[i]) &&
+        needed = (finds ? scene_fields[i].rule == SCENE_LENGTH : is_place(&scene_fields[i])) &&
+                 !(finds && scene_is_dynamic(given)) &&
                  is_ranged(given, *scene_field_of(given, &scene_fields[i]));
     }
     return needed;
@@ -138,7 +166,7 @@ static bool add(mapping *map, quantity x, const char *key)
     if (map->count < KNOTS_MAX) {
         map->knots[map->count++] = (knot){x, value_of(map, x, NULL), key};
     }
-    for (int i = 0; i < scene_known_count(map->given); i++) {
+    for (int i = 0; i < map->given->parameter_count; i++) {
         bool listed = !quantity_depends_on(x, map->given->parameters[i].name);
         for (int k = 0; k < map->on && !listed; k++) {
             listed = map->which[k] == i;

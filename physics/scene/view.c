@@ -25,7 +25,7 @@ bool scene_view_depends_on(const scene_view *view, const char *name)
 
 void scene_seen_prepare(const scene_view *view, const scene *open, scene_seen *result)
 {
-    *result = (scene_seen){.of = view};
+    *result = (scene_seen){.of = view, .open = open};
     result->sees_marker = quantity_any_something(3, view->marker);
     result->sees_frame = quantity_any_something(3, view->position) ||
                          quantity_any_given(4, view->rotation) ||
@@ -46,7 +46,7 @@ typedef struct place {
 
 static place at(const scene_seen *view, double s, double t, const double *parameters)
 {
-    place made = {.s = s, .t = t};
+    place made = {.s = scene_place_at(view->open, parameters, s, t), .t = t};
     for (int i = 0; i < view->count; i++) {
         made.values[i] = parameters[view->index[i]];
     }

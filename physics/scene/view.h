@@ -25,16 +25,18 @@ bool scene_view_depends_on(const scene_view *view, const char *name);
 /* A view, and the parameters that its formulas have. */
 typedef struct scene_seen {
     const scene_view *of;
+    const scene *open;
     bool sees_marker, sees_frame, moves; /* moves: one of the two */
     int count;
     int index[SCENE_PARAMETERS_MAX]; /* [count] of the scene's parameters */
     const char *names[SCENE_PARAMETERS_MAX];
 } scene_seen;
 
-/* The view and the scene's names stay where they are. */
+/* The view and the scene stay where they are. */
 void scene_seen_prepare(const scene_view *view, const scene *open, scene_seen *result);
 
-/* The time of the rod, of a row of time t. parameters: as of scene_member. */
+/* The time of the rod, of a row of time t. s: of the scene, whose formulas see the place on the rod
+ * as it is written. parameters: as of scene_member. */
 double scene_seen_time(const scene_seen *view, double s, double t, const double *parameters);
 
 /* r [3] of the axis and a unit quaternion q [4] of a section become those that are seen. */

@@ -98,6 +98,17 @@ static const char cut[] =
                  "tension: pull}\n"
                  "  - {offset: [0, 0.004], end: \"out-0.04\", tension: pull}\n";
 
+/* What is to be found moves places as what is known does. */
+static const char found[] =
+    "parameters: {pull: {range: [0.1, 1]}, first: {identify: 0.21, range: [0.2, 0.25]},\n"
+    "             back: {identify: 0.03, range: [0.02, 0.04]}}\n"
+    "rod: {model: cosserat, length: first, section: {shape: circle, radius: 0.001},\n"
+    "      material: {youngs_modulus: 5e9, poissons_ratio: 0.3, density: 2000}}\n"
+    "boundary: {end: {type: loaded}}\n"
+    "loads: {gravity: [4, 0, 0], tip: {force: [0, 0.01, 0]},\n"
+    "        points: [{at: first-back, force: [0.1, 0, 0]}]}\n"
+    "tendons: [{offset: [0.004, 0], tension: pull}]\n";
+
 static config *read_text(const char *text, int count, const char *const *overrides)
 {
     ad_error error = {.message = ""};
@@ -376,15 +387,17 @@ static void test_refusals(void **state)
     refuse(ROD("inserted: 0.3, ") "loads: {tip: {force: [a, 0, 0]}}\nboundary: {end: {type: "
                                   "loaded}}\n",
            "rod.inserted");
-    refuse("parameters: {e: {identify: 5e9, range: [1e9, 9e9]}}\n"
-           "rod: {model: cosserat, section: {shape: circle, radius: 0.001}, length: 0.2,\n"
-           "      inserted: 0.1, material: {youngs_modulus: e, poissons_ratio: 0.3}}\n"
-           "loads: {force: [0.1, 0, 0]}\n",
-           "rod.inserted: is given beside a parameter to be identified");
+    refuse(
+        "parameters: {e: {identify: 5e9, range: [1e9, 9e9]}}\n"
+        "rod: {model: cosserat, section: {shape: circle, radius: 0.001}, length: 0.2,\n"
+        "      inserted: 0.1, material: {youngs_modulus: e, poissons_ratio: 0.3, density: 1e3}}\n"
+        "loads: {force: [0.1, 0, 0]}\ntime: {duration: 1}\n",
+        "rod.inserted: is given beside a parameter to be identified");
     refuse("parameters: {first: {identify: 0.1, range: [0.05, 0.2]}}\n"
            "rod: {model: cosserat, section: {shape: circle, radius: 0.001},\n"
-           "      material: {youngs_modulus: 5e9, poissons_ratio: 0.3}}\n"
-           "segments: [{length: first}, {length: 0.1}]\nloads: {force: [0.1, 0, 0]}\n",
+           "      material: {youngs_modulus: 5e9, poissons_ratio: 0.3, density: 1e3}}\n"
+           "segments: [{length: first}, {length: 0.1}]\nloads: {force: [0.1, 0, 0]}\n"
+           "time: {duration: 1}\n",
            "rod.length: depends on first, which is to be identified");
 }
 
@@ -400,7 +413,8 @@ int main(void)
         OF(displaced, against_fixed),    OF(rubbed, against_fixed),
         OF(robot, derivatives),          OF(grown, derivatives),
         OF(displaced, derivatives),      OF(rubbed, derivatives),
-        OF(inserted, derivatives),       cmocka_unit_test(test_against_cut),
+        OF(inserted, derivatives),       OF(found, against_fixed),
+        OF(found, derivatives),          cmocka_unit_test(test_against_cut),
         cmocka_unit_test(test_motion),   cmocka_unit_test(test_tubes),
         cmocka_unit_test(test_refusals),
     };

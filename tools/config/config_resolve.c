@@ -309,16 +309,14 @@ static ad_status map_places(config *experiment, ad_error *error)
 {
     const char *key = "rod.length";
     ad_error reason;
-    if (experiment->scene.unknown_count > 0) {
-        return AD_OK; /* measurements are at places as they are written */
-    }
     experiment->as_written = experiment->scene;
     const ad_status status = scene_map(&experiment->as_written, &experiment->scene, &key, &reason);
     experiment->is_mapped = experiment->scene.place.is_given;
     if (status != AD_OK) {
         return config_blame(experiment->source, error, key, "%s", reason.message);
     }
-    if (experiment->is_mapped && experiment->settings.data_count > 0) {
+    if (experiment->is_mapped && experiment->settings.data_count > 0 &&
+        experiment->scene.unknown_count == 0) {
         return config_blame(experiment->source, error, "data",
                             "are measured along a rod whose lengths or places have ranges, or that "
                             "is inserted in part; allowed: numbers and all of the rod, or "

@@ -56,10 +56,8 @@ const table_source *measured_rows_shapes(const judged_rows *rows)
 
 /* What was measured and what is computed, as they are seen, in the axes of the scene. */
 static void put_places(const filling *to, const solve_measured *set, size_t row,
-                       const scene_seen *seen)
+                       const scene_seen *seen, const double *parameters)
 {
-    double parameters[SCENE_PARAMETERS_MAX];
-    measured_row_parameters(to->of->open, set, row, to->of->values, parameters);
     for (int side = 0; side < 2; side++) {
         double place[PLACE];
         for (int k = 0; k < PLACE; k++) {
@@ -98,6 +96,7 @@ static void put_set(filling *to, int which, const double **residuals)
     const solve_measured *set = &of->sets[which];
     const size_t parameters = (size_t)of->open->parameter_count;
     const bool is_place = set->column[0] == 0 && set->columns == PLACE;
+    double values[SCENE_PARAMETERS_MAX];
     scene_seen seen = {.count = 0};
     if (set->view) {
         scene_seen_prepare(set->view, of->open, &seen);
@@ -109,7 +108,8 @@ static void put_set(filling *to, int which, const double **residuals)
         to->data[to->row] = measurements_entry(of->data, which);
         to->pose[to->row] = (double)of->poses->pose[to->row] + 1;
         to->marker[to->row] = (double)of->poses->marker[to->row];
-        to->s[to->row] = set->s[row];
+        measured_row_parameters(of->open, set, row, of->values, values);
+        to->s[to->row] = scene_place_at(of->open, values, set->s[row], 0);
         to->t[to->row] = set->t[row];
         to->deviation[to->row] = of->deviation * set->noise[0];
         for (size_t i = 0; i < parameters; i++) {
@@ -117,7 +117,7 @@ static void put_set(filling *to, int which, const double **residuals)
         }
         *residuals += put_columns(to, set, row, *residuals);
         if (is_place) {
-            put_places(to, set, row, &seen);
+            put_places(to, set, row, &seen, values);
         }
     }
 }

@@ -189,7 +189,11 @@ static ad_status find_columns(reading *r, const solve_measured *set, ad_error *e
                        r->data->file);
     }
     ad_status status = check_names(r, set, error);
-    status = status == AD_OK ? need(r, "s", "the place along the rod in m", &r->s, error) : status;
+    const bool is_tip = open->place.is_given && !measured_columns_have(r->columns, "s") &&
+                        !measured_columns_say(r->columns, "s");
+    if (status == AD_OK && !is_tip) {
+        status = need(r, "s", "the place along the rod in m", &r->s, error);
+    }
     if (status == AD_OK && scene_is_dynamic(open) &&
         (!(r->data->rate > 0) || measured_columns_say(r->columns, "t"))) {
         status = need(r, "t", "the time in s; or give its rate in Hz", &r->t, error);
@@ -292,14 +296,33 @@ static int count_numbers(const reading *r, const solve_measured *set, size_t row
     return set->columns == 4 && count < 4 ? 0 : count;
 }
 
+/* The s of a place on the rod as it is written. */
+static ad_status find_place(const reading *r, size_t row, const double *known, double *s,
+                            ad_error *error)
+{
+    const scene *open = r->open;
+    double values[SCENE_PARAMETERS_MAX];
+    for (int k = 0; k < open->parameter_count; k++) {
+        values[k] = k < scene_known_count(open) ? known[k] : open->guess[k];
+    }
+    *s = scene_s_of_place(open, values, r->s[row]);
+    return isfinite(*s)
+               ? AD_OK
+               : ad_fail(error, AD_BAD_INPUT,
+                         "%s: s = %g m is not on the rod, or goes with what is to be found; "
+                         "allowed: places on a part of it that stays, and no column s for the tip",
+                         r->data->file, r->s[row]);
+}
+
 /* s, t and known values of a row, which has to be within the scene whether it counts or not. */
 static ad_status take_row(const reading *r, size_t row, double *s, double *t, double *known,
                           ad_error *error)
 {
     const scene *open = r->open;
     const double length = scene_length(open), duration = scene_duration(open);
-    ad_status status = check_number(r, row, "s", r->s[row], 0, length, error);
-    *s = fmin(length, fmax(0, r->s[row]));
+    const bool maps = open->place.is_given;
+    ad_status status = maps ? AD_OK : check_number(r, row, "s", r->s[row], 0, length, error);
+    *s = maps ? length : fmin(length, fmax(0, r->s[row]));
     *t = 0;
     if (status == AD_OK && scene_is_dynamic(open)) {
         const double at = r->t ? r->t[row] : (double)(row / table_inner(r->table)) / r->data->rate;
@@ -314,7 +337,7 @@ static ad_status take_row(const reading *r, size_t row, double *s, double *t, do
                      ? check_number(r, row, p->name, known[k], p->low, p->high, error)
                      : AD_OK;
     }
-    return status;
+    return status == AD_OK && maps && r->s ? find_place(r, row, known, s, error) : status;
 }
 
 /* What was commanded in each row of the file, chosen or not, in its order; where that is not known,
