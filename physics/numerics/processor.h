@@ -29,7 +29,7 @@
 #endif
 
 /* The same, of a size that is compiled once for each processor, not again wherever it is called. */
-#define PROCESSOR_CALLED FOR_EACH_PROCESSOR static __attribute__((noinline))
+#define PROCESSOR_CALLED FOR_EACH_PROCESSOR static
 
 /* So many numbers side by side, anywhere in memory. */
 enum { LANES = 8 };
