@@ -7,6 +7,7 @@ set -u
 . "$(dirname "$0")/programs.sh"
 cc --version >/dev/null 2>&1 || exit 77
 
+quick=cc
 watched || watching
 compilers=('cc -std=c99')
 for compiler in 'clang -std=c99' 'c++ -x c++' 'clang++ -x c++'; do
@@ -42,7 +43,7 @@ agrees() {
     awk -v s="$length" -v t="$duration" 'BEGIN { print "s,t"; for (i = 1; i <= 60; i++)
         printf "%.17g,%.17g\n", s * ((0.7548776662 * i) % 1), t * ((0.5698402910 * i) % 1) }' >points.csv
     run 0 cpinn-eval "$1" --points points.csv --out "$1.csv"
-    check "compare $1" -- cc -std=c99 -DHEADER="\"$1.h\"" -DNAME="$1" -I. -o compare \
+    check "compare $1" -- ${quick%% *} -std=c99 -DHEADER="\"$1.h\"" -DNAME="$1" -I. -o compare \
         "$ROOT/tests/export_compare.c" "$1.c" -lm
     check "$1 as cpinn-eval" -- ./compare "$1.csv" "$2"
 }
@@ -141,7 +142,7 @@ members() {
     awk 'BEGIN { print "pull,side"; for (i = 1; i <= 20; i++)
         printf "%.9g,%.9g\n", 2 * ((0.7548776662 * i) % 1), 0.2 * ((0.5698402910 * i) % 1) - 0.1 }' >members.csv
     run 0 cpinn-eval family --members members.csv --polish 1 --grid 3 --out shapes.csv
-    check "compare $1" -- cc -std=c99 -DHEADER="\"$1.h\"" -DNAME="$1" -DNUMBER="$2" -I. -o compare \
+    check "compare $1" -- ${quick%% *} -std=c99 -DHEADER="\"$1.h\"" -DNAME="$1" -DNUMBER="$2" -I. -o compare \
         "$ROOT/tests/export_members_compare.c" "$1.c" -lm
     check "$1 as cpinn-eval" -- ./compare members.csv shapes.csv "$3" 1
 }
@@ -186,7 +187,7 @@ sed '$a plan: {environment: {file: box.obj, unit: mm}, radius: 0.01, from: 0.02}
 clears() { # NAME NUMBER OPTIONS...
     run 0 cpinn-export family --c "$1" --columns 'r v1 v2 v3' --wall walled.yaml "${@:3}"
     ! watched || return 0
-    check "clear of $1" -- cc -std=c99 -Wall -Wextra -Wpedantic -Werror -DHEADER="\"$1.h\"" -DNAME="$1" \
+    check "clear of $1" -- ${quick%% *} -std=c99 -Wall -Wextra -Wpedantic -Werror -DHEADER="\"$1.h\"" -DNAME="$1" \
         -DNUMBER="$2" -DFINE_HEADER='"fine.h"' -DFINE=fine -I. -o clear "$ROOT/tests/export_clear.c" "$1.c" fine.c -lm
     check "clear of $1, and no more" -- ./clear 0.06 0.08 -0.03 0.21 0.01 0.02 0.0001
 }
@@ -227,7 +228,7 @@ printf 'pull,push,stiff\n1,-0.05,0.6\n' >members.csv
 cpinn-train supported.yaml --out supported --quiet 2>/dev/null
 run 0 cpinn-solve one.yaml --method collocation --tolerance 1e-9 --grid 3 --out shapes.csv
 run 0 cpinn-export supported --c supported --places 0.1,0.2
-check "supported for a member" -- cc -std=c99 -DHEADER='"supported.h"' -DNAME=supported -DNUMBER=double -I. \
+check "supported for a member" -- ${quick%% *} -std=c99 -DHEADER='"supported.h"' -DNAME=supported -DNUMBER=double -I. \
     -o compare "$ROOT/tests/export_members_compare.c" supported.c -lm
 check "supported as collocation" -- ./compare members.csv shapes.csv 1e-6 2
 refused 'x_s is no column of a family in the strain form; allowed: r, q' cpinn-export family --c new --columns x_s

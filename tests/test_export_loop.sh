@@ -44,7 +44,7 @@ rod:
   length: 0.13
   section: {shape: circle, radius: 0.021}
   material: {youngs_modulus: 8.0e4*stiffness, poissons_ratio: 0.45, density: 1070, relaxation_time: 0.03}
-time: {duration: 5, windows: 1}
+time: {duration: 1, windows: 1}
 boundary: {start: {type: clamped}}
 chambers:
   - {offset: [0.013, 0], area: 1, pressure: p1}

@@ -70,14 +70,14 @@ END
 chmod +x encoder/ffmpeg
 usual=$PATH
 PATH=$work/encoder:$usual
-while read -r ending width height rate images; do # of half of 0.6 s
-    run 0 cpinn-show arm.csv --out "arm.$ending" --slow 0.5
+while read -r ending width height rate images; do # of a fifth of 0.6 s
+    run 0 cpinn-show arm.csv --out "arm.$ending" --slow 0.2
     check "all of $ending" -- test "$(cat "arm.$ending")" -eq $((images * width * height * 3))
     said arguments.txt "-video_size ${width}x$height -framerate $rate .* -f $ending file:arm.$ending.partial\$"
 done <<'END'
-mp4 1280 720 30 10
-webm 1280 720 30 10
-gif 720 480 20 7
+mp4 1280 720 30 5
+webm 1280 720 30 5
+gif 720 480 20 3
 END
 # An encoder that fails at once, after some bytes, at the end: one line, no file.
 for fails in 'exit 1' 'head -c 100000 >/dev/null; exit 1' 'cat >/dev/null; exit 1' 'kill -9 $$'; do
