@@ -260,6 +260,18 @@ static ad_status allocate(modes *m, ad_error *error)
     m->branch.stretch = rows(width, sizeof(double), &failed);
     m->branch.rate = rows(width, sizeof(double), &failed);
     m->branch.rest_rate = rows(width, sizeof(double), &failed);
+    if (m->rod->frictions > 0) {
+        const size_t all = points * (size_t)m->rod->actuators;
+        m->friction.rub = rows((size_t)m->rod->frictions * points, sizeof(modes_rub), &failed);
+        m->friction.left = rows(all, sizeof(double), &failed);
+        for (size_t i = 0; i < all && !failed; i++) {
+            m->friction.left[i] = 1;
+        }
+        gauss_slope(&m->rule, m->friction.slope);
+        for (int side = 0; side < 2; side++) {
+            gauss_lagrange(&m->rule, side, m->friction.edge[side]);
+        }
+    }
     m->branch.by = rows(m->branch.count > 0 ? (width + QUAD) * width : 0, sizeof(double), &failed);
     m->room = rows((points * MODES_ROWS + MODES_ROOM) * width, sizeof(double), &failed);
     return failed ? ad_fail(error, AD_NO_MEMORY, "out of memory for %d modes", m->size) : AD_OK;
@@ -391,6 +403,8 @@ void modes_free(modes *m)
                                m->feed.q,
                                m->longer,
                                m->guides,
+                               m->friction.rub,
+                               m->friction.left,
                                m->branch.mode,
                                m->branch.stretch,
                                m->branch.rate,

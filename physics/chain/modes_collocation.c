@@ -40,9 +40,11 @@ ad_status collocation_create(modes *m, int stages, collocation **result, ad_erro
     collocation_make_method(stages, &x->by);
     const size_t pairs = (size_t)x->by.pairs;
     int *pivots = malloc(pairs * n * sizeof *pivots);
-    double *at = x->memory = calloc(4 * each + 6 * n + 3 * square + 2 * pairs * n * n +
-                                        each * (each + 1) + take_branch(x, NULL),
-                                    sizeof *at);
+    const size_t rubs = (size_t)stages * (size_t)(m->rod->frictions * m->points);
+    double *at = x->memory =
+        calloc(4 * each + 6 * n + 3 * square + 2 * pairs * n * n + each * (each + 1) +
+                   take_branch(x, NULL) + rubs * sizeof *x->dual / sizeof *at,
+               sizeof *at);
     x->solve[0].pivot = pivots;
     if (!at || !pivots) {
         collocation_free(x);
@@ -61,7 +63,8 @@ ad_status collocation_create(modes *m, int stages, collocation **result, ad_erro
         at += 2 * n * n;
     }
     x->exact = at;
-    take_branch(x, at + each * (each + 1));
+    at += each * (each + 1);
+    x->dual = (modes_dual *)(at + take_branch(x, at));
     *result = x;
     return AD_OK;
 }

@@ -42,8 +42,9 @@ static const char *refused(const modes *m)
            : quantity_is_something(given->loads.added_mass)          ? "added mass of a fluid"
            : quantity_any_something(3, given->loads.magnetic_moment) ? "a magnetised rod"
            : given->rod.law                                          ? "a law of the section"
-           : m->branch.count > 0 ? "a Maxwell branch of the material"
-           : m->rod->lengths > 0 ? "tendons of given displacement"
+           : m->branch.count > 0   ? "a Maxwell branch of the material"
+           : m->rod->lengths > 0   ? "tendons of given displacement"
+           : m->rod->frictions > 0 ? "friction of tendons"
            : quantity_any_something(3, given->initial.velocity) ||
                    quantity_any_something(3, given->initial.angular_velocity)
                ? "an initial velocity"

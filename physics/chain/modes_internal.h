@@ -91,6 +91,22 @@ static inline void strain_beyond_rest(const modes_point *at, double off[MODES_ST
     }
 }
 
+/* A tendon with friction at a point: |p'| by the strains, and what is integrated along it. At an
+ * element's end `fall`, `by` and `speed` are of the kink there. */
+typedef struct modes_rub {
+    double along[MODES_STRAINS], bend[LAW_STIFFNESS];
+    double rate, longer; /* of the length, per length, and from its beginning to here */
+    double speed;        /* past its guide, towards its beginning */
+    double fall, fallen; /* of log T, per length, and from its beginning to here */
+    double by[4];        /* `fall` by the turning of the tangent, and by the speed */
+} modes_rub;
+
+/* The same on the way of Newton's method: the speed where it was, and the share of Coulomb's
+ * friction that it takes there. */
+typedef struct modes_dual {
+    double speed, share;
+} modes_dual;
+
 typedef struct modes_element {
     int own, end; /* modes own .. end - 1 are its own; those from 0 on move its points */
     int width;    /* end, padded */
@@ -141,6 +157,12 @@ struct modes {
     double tight[SOLVE_ACTUATORS_MAX];      /* what that grows by with the length, 0 where slack, */
     double *longer;                         /* [actuators][width] and the length with each mode, */
                                             /* where derivatives were asked for */
+    struct modes_friction {                 /* of tendons (modes_friction.c) */
+        modes_rub *rub;                     /* [frictions][points] */
+        modes_dual *dual;                   /* [frictions][points]; NULL: none is asked for */
+        double *left;                       /* [points][actuators] of a pull; NULL: no friction */
+        double slope[GAUSS_STAGES_MAX][GAUSS_STAGES_MAX], edge[2][GAUSS_STAGES_MAX]; /* of rule */
+    } friction;
     double base[2][3]; /* force and moment by which the rod is held at s = 0, world */
 
     /* rows [width] of matrices, of a change of each mode */
@@ -293,6 +315,18 @@ ad_status modes_turn_find(modes *m, const solve_parameters *open, ad_error *erro
 void modes_turn_take(modes *m, const double *q, const double *v, const double *a);
 double modes_turn_residual(const modes *m);
 void modes_turn_derivatives(modes *m, double *by_q, double *by_v);
+
+/* ---- friction of tendons (modes_friction.c) ---- */
+
+/* Of the shape and the tensions as they are: what is left of pulls; derive: and what follows needs.
+ */
+void modes_friction_find(modes *m, bool derive);
+
+/* Adds what derivatives of the residual have by it, also of tensions by lengths. */
+void modes_friction_derivatives(modes *m, double *by_q, double *by_v);
+
+/* The power of drives beyond what tendons do to the rod, and what friction takes of it. */
+void modes_friction_power(const modes *m, double *load, double *dissipation);
 
 /* ---- a Maxwell branch (modes_branch.c) ---- */
 

@@ -556,7 +556,7 @@ FOR_EACH_PROCESSOR static void find_derivatives(modes *m, double *by_q, double *
     }
     for (int i = 0; i < m->rod->actuators; i++) { /* longer tendons pull more */
         const double *longer = m->longer + i * width;
-        for (int b = 0; b < m->size && m->tight[i] > 0; b++) {
+        for (int b = 0; b < m->size && m->tight[i] > 0 && !m->rod->extents[i].rubs; b++) {
             for (int a = 0; a < m->size; a++) {
                 by_q[b * width + a] += m->tight[i] * longer[b] * longer[a];
             }
@@ -567,6 +567,7 @@ FOR_EACH_PROCESSOR static void find_derivatives(modes *m, double *by_q, double *
 void modes_derivatives(modes *m, double *by_q, double *by_v)
 {
     find_derivatives(m, by_q, by_v);
+    modes_friction_derivatives(m, by_q, by_v);
 }
 
 void modes_linearise(modes *m, const double *q, const double *v, const double *a, double *residual,

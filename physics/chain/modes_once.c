@@ -80,19 +80,24 @@ FOR_EACH_PROCESSOR bool collocation_eliminate(int n, int columns, double *rows)
 /* ---- Newton's method with the matrix of every stage ---------------------------------------- */
 
 /* Where the derivatives of one stage do not do: masses of modes that hardly move anything change by
- * more than themselves within a step. */
+ * more than themselves within a step, and friction of tendons that begin to stick or to slide. */
 static ad_status newton_exact(collocation *collocation, double t, double h, const double *inputs,
                               double tolerance, const double *q, const double *v, bool *failed,
                               ad_error *error)
 {
-    enum { STEPS = 8 };
+    modes *m = collocation->m;
+    const size_t rubs = (size_t)(m->rod->frictions * m->points);
+    const int full = 12, steps = rubs > 0 ? 40 : 8; /* half steps do not go to and fro */
     const int n = collocation->size, all = collocation->by.rule.stages * n, columns = all + 1;
     *failed = true;
     collocation->formed_step = 0;
-    for (int step = 0; step < STEPS && *failed; step++) {
+    memset(collocation->dual, 0, (size_t)collocation->by.rule.stages * rubs * sizeof(modes_dual));
+    for (int step = 0; step < steps && *failed; step++) {
         for (int i = 0; i < collocation->by.rule.stages; i++) {
             double *rows = collocation->exact + i * n * columns;
+            m->friction.dual = collocation->dual + (size_t)i * rubs;
             ad_status status = stage_rows(collocation, i, t, h, inputs, q, v, columns, rows, error);
+            m->friction.dual = NULL;
             if (status != AD_OK) {
                 return status;
             }
@@ -105,7 +110,8 @@ static ad_status newton_exact(collocation *collocation, double t, double h, cons
             return AD_OK;
         }
         for (int k = 0; k < all; k++) {
-            collocation->change[k] = collocation->exact[k * columns + all];
+            collocation->change[k] =
+                (step < full ? 1 : 0.5) * collocation->exact[k * columns + all];
         }
         *failed = !(collocation_change(collocation, h) <= tolerance);
     }
@@ -122,10 +128,12 @@ static ad_status solve_once(collocation *collocation, double t, double h, const 
     bool slow, failed = true;
     const size_t size =
         (size_t)(collocation->by.rule.stages * collocation->size) * sizeof *collocation->a;
+    const bool rubs = collocation->m->rod->frictions > 0; /* one matrix does not do */
     memset(collocation->a, 0, size);
     ad_status status = collocation_branch_begin(collocation, t, h, inputs, d, error);
-    status = status == AD_OK ? collocation_form(collocation, t, h, inputs, q, v, error) : status;
-    if (status == AD_OK && collocation_factor(collocation, h)) {
+    status = status == AD_OK && !rubs ? collocation_form(collocation, t, h, inputs, q, v, error)
+                                      : status;
+    if (status == AD_OK && !rubs && collocation_factor(collocation, h)) {
         status =
             collocation_iterate(collocation, t, h, inputs, tolerance, q, v, &slow, &failed, error);
     }

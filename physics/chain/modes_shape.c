@@ -272,6 +272,15 @@ static void find_tensions(modes *m, bool derive)
     }
 }
 
+/* What friction leaves of a pull. */
+static void rub(const modes *m, int e, int first, int k, lanes *pull)
+{
+    for (int lane = 0; lane < LANES; lane++) {
+        const int i = first + lane < m->stages ? first + lane : m->stages - 1;
+        (*pull)[lane] *= m->friction.left[(e * (m->stages + 1) + i) * m->rod->actuators + k];
+    }
+}
+
 /* Points of an element side by side, LANES at a time. */
 FOR_EACH_PROCESSOR static void pull_points(modes *m, int e, bool derive)
 {
@@ -283,7 +292,10 @@ FOR_EACH_PROCESSOR static void pull_points(modes *m, int e, bool derive)
         memset(&sum, 0, sizeof sum);
         strain_lanes(m, e, first, false, strain);
         for (int k = 0; k < m->rod->actuators; k++) {
-            const strain_actuator here = actuator_lanes(m, e, first, k, false);
+            strain_actuator here = actuator_lanes(m, e, first, k, false);
+            if (m->rod->extents[k].rubs) {
+                rub(m, e, first, k, &here.given[ACTUATOR_PULL]);
+            }
             const int law = (int)m->rod->extents[k].law;
             if (derive) {
                 lanes_law_actuator(law, strain + MODES_V, strain + MODES_U, here.given, sum.wrench,
@@ -456,6 +468,7 @@ void modes_forces(modes *m, bool derive, double *residual)
     if (m->rod->lengths > 0) {
         find_tensions(m, derive);
     }
+    modes_friction_find(m, derive);
     for (int e = m->elements - 1; e >= 0; e--) {
         stress_points(m, e, derive);
         carry(m, e, 0, beyond[0]);
@@ -569,4 +582,5 @@ void modes_power_now(const modes *m, double *load, double *dissipation)
                                    at->pull[c] * rate[c]);
         }
     }
+    modes_friction_power(m, load, dissipation);
 }

@@ -62,6 +62,7 @@ struct collocation {
     double *mass;              /* [size][width] */
     double *change, *right[2]; /* [stages][size]; [size] */
     double *exact;             /* [stages size][stages size + 1] */
+    modes_dual *dual;          /* [stages][frictions][points] of Newton's method */
     collocation_factors solve[COLLOCATION_PAIRS];
     collocation_branch branch; /* NULL where there is none */
     double load[COLLOCATION_STAGES_MAX], loss[COLLOCATION_STAGES_MAX]; /* powers of each stage */

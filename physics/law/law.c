@@ -108,6 +108,14 @@ static void record_squares(const ad_value *given, ad_value *energy)
     *energy = ad_scale(twice, 0.5);
 }
 
+/* mu, c */
+static void record_friction(const ad_value *given, ad_value *energy)
+{
+    const ad_value *w = given + 3, *numbers = given + LAW_WRENCH;
+    const ad_value speed = ad_sqrt(ad_add(ad_square(w[0]), ad_square(numbers[1])));
+    *energy = ad_mul(numbers[0], ad_mul(length(given), speed));
+}
+
 /* ---- outside ------------------------------------------------------------------------------- */
 
 enum { ROTATION = 3, VELOCITY = 7, NUMBERS = LAW_STATE };
@@ -341,6 +349,16 @@ const law law_table[LAW_COUNT] = {
                      .numbers = 6,
                      .has_energy = true,
                      .record = record_squares},
+    [LAW_FRICTION] = {.name = "friction",
+                      .about =
+                          "A tendon in its guides, per tension: mu |t_s| sqrt(w^2 + c^2), t_s in "
+                          "place of v, w of u_1; mu, c.",
+                      .state = LAW_WITHIN,
+                      .kind = LAW_DISSIPATES,
+                      .numbers = 2,
+                      .has_energy = true,
+                      .couples = true,
+                      .record = record_friction},
     [LAW_SPRING] = {.name = "spring",
                     .about = "A spring, or a foundation: k (r - place - shift)^2/2; "
                              "shift, k, place.",

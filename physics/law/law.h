@@ -31,13 +31,15 @@ typedef enum law_name {
     LAW_ACTUATORS, /* before: of x, y, x', y', pull */
     LAW_UNIT = LAW_ACTUATORS, /* energy of a unit of a learned law: a log(1 + exp(b + w . f)), f =
                                  (v, u) */
-    LAW_ROUND_UNIT,      /* the same, f: v_3, v_1^2 + v_2^2, u_1^2 + u_2^2, u_3^2, the squares of
-                            v - J u and v + J u across, J u = (u_2, -u_1), and u_3 v . u across */
-    LAW_TUBE,            /* energy: 1/2 K (w - k)^2 + m (u_3 - k_3) - c m^2/2, w of u turned back by
-                            theta (Rucker, Jones, Webster 2010); u, cos theta, sin theta, m */
-    LAW_ELASTIC,         /* energy: 1/2 sum_i k_i x_i^2 of strains x = (v - v*, u - u*) */
-    LAW_DAMPING,         /* Kelvin-Voigt: 1/2 sum_i b_i x_i^2 of their rates x = (v_t, u_t) */
-    LAW_SPRING,          /* energy: 1/2 sum_i k_i (r - place - shift)_i^2, along the world's axes */
+    LAW_ROUND_UNIT, /* the same, f: v_3, v_1^2 + v_2^2, u_1^2 + u_2^2, u_3^2, the squares of
+                       v - J u and v + J u across, J u = (u_2, -u_1), and u_3 v . u across */
+    LAW_TUBE,       /* energy: 1/2 K (w - k)^2 + m (u_3 - k_3) - c m^2/2, w of u turned back by
+                       theta (Rucker, Jones, Webster 2010); u, cos theta, sin theta, m */
+    LAW_ELASTIC,    /* energy: 1/2 sum_i k_i x_i^2 of strains x = (v - v*, u - u*) */
+    LAW_DAMPING,    /* Kelvin-Voigt: 1/2 sum_i b_i x_i^2 of their rates x = (v_t, u_t) */
+    LAW_FRICTION,   /* of a tendon, per tension: mu |t_s| sqrt(w^2 + c^2), with t_s for v and its
+                       speed w past the guides for u_1 (modes_friction.c) */
+    LAW_SPRING,     /* energy: 1/2 sum_i k_i (r - place - shift)_i^2, along the world's axes */
     LAW_TURNING_SPRING,  /* energy: 1/2 sum_i k_i phi_i^2, phi from upright to q, about directors */
     LAW_RESISTANCE,      /* force against the velocity: -(c_1 + c_2 |V|) V */
     LAW_FORCE,           /* energy: -f . r, a dead force f */

@@ -53,7 +53,8 @@ typedef struct solve_extent {
     bool has_length;   /* a tendon whose tension is sought: its length is that in the unstressed rod
                         * less its displacement, */
     double compliance; /* more by this times its tension; 0: no more */
-    bool rubs;         /* a tendon with friction */
+    bool rubs;         /* a tendon with friction, */
+    double creep;      /* and the speed below which it creeps in motion */
     double turned, transmission; /* of a tube; rad, of the length */
 } solve_extent;
 

@@ -224,10 +224,10 @@ typedef struct scene_spring {
 /* A tendon that is guided by the rod at the body position (offset[0], offset[1], 0), formulas of s,
  * from `start` on and fixed to it at `end` (default: the ends of the rod). tension: formula of t,
  * >= 0, at its beginning. friction: against the guides, of Coulomb, so that the tension falls as
- * exp(-friction times the angle that the tendon has turned); default 0. In place of the tension its
- * displacement may be given: by how much it is pulled out of the rod against its unstressed length;
- * formula of t, m. Its stiffness is the tension that lengthens it by 1 m; default: it keeps its
- * length. */
+ * exp(-friction times the angle that the tendon has turned); default 0. creep_speed: in motion,
+ * below which it creeps. In place of the tension its displacement may be given: by how much it is
+ * pulled out of the rod against its unstressed length; formula of t, m. Its stiffness is the
+ * tension that lengthens it by 1 m; default: it keeps its length. */
 typedef struct scene_tendon {
     quantity offset[2]; /* m */
     quantity start, end;
@@ -235,6 +235,7 @@ typedef struct scene_tendon {
     quantity displacement; /* m */
     quantity stiffness;    /* N/m, > 0 */
     quantity friction;
+    quantity creep_speed; /* m/s, > 0 */
 } scene_tendon;
 
 /* A fluid chamber along the rod with its axis at (offset[0], offset[1], 0), formulas of s:

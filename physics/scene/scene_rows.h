@@ -398,7 +398,11 @@
     X(of "friction", 1, in friction, LISTS, EACH_NUMBER, NOT_NEGATIVE, SCALAR, WORLD, NULL, ZERO,  \
       NULL,                                                                                        \
       "Coulomb's coefficient of the tendon against its guides. The tension of a pulled tendon "    \
-      "falls by exp(-friction angle), with the angle by which its path has turned. At rest only.")
+      "falls by exp(-friction angle), with the angle by which its path has turned.")               \
+    X(of "creep_speed", 1, in creep_speed, LISTS, ONE_NUMBER, POSITIVE, SCALAR, WORLD, "m/s",      \
+      NOTHING, "1e-5 of the length over its time, L^2 sqrt(rho A/(E I))",                          \
+      "In motion: speed past its guides below which a tendon with friction creeps rather than "    \
+      "sticks. Friction is w/sqrt(w^2 + creep_speed^2) of Coulomb's at the speed w.")
 
 #define SCENE_CHAMBER_ROWS(X, of, in)                                                              \
     SCENE_ALONG_ROWS(X, of, in,                                                                    \

@@ -503,7 +503,9 @@ static ad_status solve_one(solve_trials *trials, size_t experiment, int thread,
     if (status == AD_OK) {
         solve_settings settings = solve_settings_default(&member);
         settings.tolerance = trials->tolerance;
-        if (trials->nodes && trials->nodes[experiment] > 0) {
+        if (settings.method == SOLVE_MODES) {
+            memcpy(settings.modes, TRIALS_MODES, sizeof settings.modes);
+        } else if (trials->nodes && trials->nodes[experiment] > 0) {
             settings.nodes = (int)trials->nodes[experiment];
             settings.tolerance *= trials->rough ? 1 : STEPS_OF_TIME;
         } else if (trials->rough && !scene_is_beam(&member)) {

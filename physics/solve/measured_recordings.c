@@ -4,10 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Modes where none are asked for: three times as many states as a filter has, and errors of some
- * 1e-5 of the length (the last row of a table in physics/chain/reduced.h is the first). */
-static const int MODES[4] = {5, 3, 3, 2};
-
 void solve_trials_forget(solve_trials *trials)
 {
     for (int i = 0; trials->recordings && i < ad_pool_threads(trials->pool); i++) {
@@ -43,7 +39,7 @@ ad_status solve_trials_record(solve_trials *trials, int more, ad_error *error)
     const int *asked = inputs->modes;
     const bool any = asked[0] + asked[1] + asked[2] + asked[3] > 0;
     for (int k = 0; k < 4; k++) {
-        modes[k] = any ? asked[k] : MODES[k];
+        modes[k] = any ? asked[k] : TRIALS_MODES[k];
         modes[k] += modes[k] > 0 ? more : 0;
     }
     const int threads = ad_pool_threads(trials->pool);

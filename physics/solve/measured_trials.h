@@ -78,6 +78,10 @@ size_t solve_trials_row_residuals(const solve_trials *trials, const measured_row
 /* Residuals of an experiment become no numbers, 0 where it does not count. */
 void solve_trials_clear(const solve_trials *trials, size_t experiment, double *residuals);
 
+/* Modes where none are asked for: three times as many states as a filter has, and errors of some
+ * 1e-5 of the length (the last row of a table in physics/chain/reduced.h is the first). */
+static const int TRIALS_MODES[4] = {5, 3, 3, 2};
+
 /* Of motions with inputs over time, which come last: rods with so many modes more than they are
  * asked for, in place of those there are; and residuals of one of them, by a thread of the pool. */
 ad_status solve_trials_record(solve_trials *trials, int more, ad_error *error);

@@ -192,6 +192,9 @@ ad_status solve_settle(scene *rod_scene, quantities *names, ad_error *error)
         still.initial.velocity[k] = still.initial.angular_velocity[k] = none;
     }
     still.beam.velocity = still.beam.slope_rate = none;
+    for (int i = 0; i < still.tendon_count; i++) { /* in motion they creep until nothing rubs */
+        still.tendons[i].friction = none;
+    }
     settings = solve_settings_default(&still);
     ad_status status = solution_create(&still, &settings, 0, NULL, &solved, &report, error);
     if (status != AD_OK) {

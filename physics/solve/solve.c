@@ -36,7 +36,11 @@ solve_settings solve_settings_default(const scene *rod_scene)
 {
     bool hard = scene_is_dynamic(rod_scene) && !scene_is_beam(rod_scene);
     bool stiff = hard && scene_locks_strains(rod_scene);
-    return (solve_settings){.tolerance = stiff ? 1e-4 : hard ? 1e-6 : 1e-10};
+    return (solve_settings){
+        .tolerance = stiff  ? 1e-4
+                     : hard ? 1e-6
+                            : 1e-10,
+        .method = hard && scene_has_rubbing_tendons(rod_scene) ? SOLVE_MODES : SOLVE_COLLOCATION};
 }
 
 const char *const *solve_method_names(void)

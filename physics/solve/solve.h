@@ -64,7 +64,8 @@ typedef struct solve_settings {
                           * finds its buckled shape. 0: none. */
     int branch; /* rods at rest: at the so many-th bifurcation, leave the path that continues
                  * the unstressed rod for the one that crosses it; 0: never */
-    solve_method method; /* rods at rest, modes in motion; of other scenes collocation alone */
+    solve_method method; /* rods at rest, modes in motion; of other scenes collocation alone. By
+                          * default modes where tendons rub in motion */
     int modes[4];        /* of SOLVE_MODES: of bending, twist, stretch, shear, each direction and
                           * piece, without refinement; all 0: as many as the tolerance asks for */
     solve_shape *guess;  /* rods at rest: a shape next to which an equilibrium is sought, by */
@@ -198,9 +199,9 @@ ad_status solve_start(const scene *rod_scene, solve_place ends[2], ad_error *err
 
 /* Of a scene whose initial.state is equilibrium: solves it at rest under what acts at t = 0 and
  * puts that shape into initial.settled, formulas that belong to `names`; of other scenes nothing.
- * The scene must pass scene_check. AD_BAD_INPUT: there is no such equilibrium, or its verdict is a
- * warning (unstable, or not as exact as a motion needs); AD_NO_MEMORY, and the errors of
- * solution_create. */
+ * Tendons do not rub then. The scene must pass scene_check. AD_BAD_INPUT: there is no such
+ * equilibrium, or its verdict is a warning (unstable, or not as exact as a motion needs);
+ * AD_NO_MEMORY, and the errors of solution_create. */
 ad_status solve_settle(scene *rod_scene, quantities *names, ad_error *error);
 
 /* ---- paths --------------------------------------------------------------------------------- */

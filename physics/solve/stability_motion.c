@@ -62,9 +62,13 @@ static bool is_refused(const scene *moving, char why[STABILITY_TEXT])
 {
     const char *key = "";
     ad_error error;
-    if (scene_has_branch(moving)) {
-        snprintf(why, STABILITY_TEXT,
-                 "rod.material.maxwell: vibrations of a material that relaxes are not looked at");
+    const char *what = scene_has_branch(moving)
+                           ? "rod.material.maxwell: vibrations of a material that relaxes"
+                       : scene_has_rubbing_tendons(moving)
+                           ? "tendons[].friction: vibrations of a rod whose tendons stick"
+                           : NULL;
+    if (what) {
+        snprintf(why, STABILITY_TEXT, "%s are not looked at", what);
         return true;
     }
     if (support_check(moving, SUPPORT_MODES, &key, &error) != AD_OK ||

@@ -128,9 +128,9 @@ static const refusal list_refusals[] = {
     {DYNAMIC "tendons: [{offset: [0.01, 0], displacement: 0.01}]\n", NULL,
      "scene.yaml:6:45: tendons[0].displacement: nothing takes a tendon that keeps its length in "
      "motion: it is not built yet; allowed: a scene without it, or without time.duration"},
-    {DYNAMIC "tendons: [{offset: [0.01, 0], tension: 1, friction: 0.1}]\n", NULL,
-     "scene.yaml:6:53: tendons[0].friction: nothing takes friction of a tendon in motion: it is "
-     "not built yet; allowed: a scene without it, or without time.duration"},
+    {DYNAMIC "tendons: [{offset: [0.01, 0], tension: 1, friction: 0.1, creep_speed: 0}]\n", NULL,
+     "scene.yaml:6:71: tendons[0].creep_speed: is 0, which is out of range; allowed: a number or a "
+     "formula > 0, in m/s"},
     {BASE "tendons: [{offset: [0.01, 0], tension: -1}]\n", NULL,
      "scene.yaml:4:40: tendons[0].tension: is -1, which is out of range; allowed: a number or a "
      "formula >= 0, in N"},

@@ -44,6 +44,9 @@ static void in_numbers(law_name name, const double *x, double *out)
     } else if (name == LAW_DAMPING) {
         number_law_damping_energy(x, x + 3, x + 6, out);
         number_law_damping(x, x + 3, x + 6, wrench, by);
+    } else if (name == LAW_FRICTION) {
+        number_law_friction_energy(x, x + 3, x + 6, out);
+        number_law_friction(x, x + 3, x + 6, wrench, by);
     } else if (name == LAW_ROTARY_INERTIA) {
         number_law_rotary_inertia_energy(MOVING(x), out);
         number_law_rotary_inertia(MOVING(x), wrench, by);
@@ -80,6 +83,8 @@ FOR_EACH_PROCESSOR static void in_lanes(law_name name, const lanes *x, lanes *ou
         lanes_law_elastic(x, x + 3, x + 6, out + 1, out + 1 + LAW_WRENCH);
     } else if (name == LAW_DAMPING) {
         lanes_law_damping(x, x + 3, x + 6, out + 1, out + 1 + LAW_WRENCH);
+    } else if (name == LAW_FRICTION) {
+        lanes_law_friction(x, x + 3, x + 6, out + 1, out + 1 + LAW_WRENCH);
     } else if (name == LAW_ROTARY_INERTIA) {
         lanes_law_rotary_inertia(MOVING(x), out + 1, out + 1 + LAW_WRENCH);
     } else if (name == LAW_ECCENTRICITY) {
@@ -108,6 +113,9 @@ static void draw(uint64_t *from, law_name name, double *given)
         const double theta = given[3];
         given[3] = cos(theta);
         given[4] = sin(theta);
+    }
+    if (name == LAW_FRICTION) { /* which is a jump without a speed of creep */
+        given[7] += 2;
     }
     if (law_table[name].state == LAW_OUTSIDE) {
         quaternion_normalize(given + 3);

@@ -26,9 +26,14 @@ static void test_refusals(void **state)
     const char *key = NULL;
     ad_error error;
     scene given = soft_arm();
+    const solve_settings by_nodes = {.method = SOLVE_COLLOCATION},
+                         by_modes = {.method = SOLVE_MODES};
     given.tendons[0].friction = Q(0.1);
-    assert_int_equal(scene_check(&given, &key, &error), AD_BAD_INPUT);
+    assert_int_equal(scene_check(&given, &key, &error), AD_OK);
+    assert_int_equal(solve_check(&given, &by_nodes, false, &key, &error), AD_BAD_ARGUMENT);
     assert_string_equal(key, "tendons[0].friction");
+    assert_int_equal(solve_check(&given, &by_modes, false, &key, &error), AD_OK);
+    assert_int_equal(solve_settings_default(&given).method, SOLVE_MODES);
     given = soft_arm();
     given.tendons[0].tension = Q(NULL);
     given.tendons[0].displacement = Q(0.01);

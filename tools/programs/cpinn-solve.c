@@ -310,6 +310,9 @@ static ad_status prepare(solving *solving, ad_error *error)
     if (solving->asked.tolerance == 0) {
         solving->asked.tolerance = solve_settings_default(solving->scene).tolerance;
     }
+    if (!o->method_name) {
+        solving->asked.method = solve_settings_default(solving->scene).method;
+    }
     status = samples_choose(&solving->grid, &o->where, NULL, solving->scene,
                             scene_duration(solving->scene), error);
     status = status == AD_OK ? check_method(solving, error) : status;

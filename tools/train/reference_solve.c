@@ -176,7 +176,8 @@ static ad_status solve(const request *r, reference_solution *about, ad_error *er
     solve_report report;
     const scene *rod_scene = r->scene;
     bool dynamic = scene_is_dynamic(rod_scene);
-    const solve_settings asked = {.tolerance = r->e->settings->reference_tolerance};
+    solve_settings asked = solve_settings_default(rod_scene);
+    asked.tolerance = r->e->settings->reference_tolerance;
     solution *solved = NULL;
     ad_error why;
     ad_status status = solution_create(rod_scene, &asked, dynamic ? r->points : 0,
