@@ -14,4 +14,8 @@ typedef struct distance_field {
  * distance: that from the box. */
 double distance_field_at(const distance_field *field, const double p[3]);
 
+/* No more than the distance of p, m, within the grid: by each node around it, whose distance
+ * differs by no more than it is away. Beyond the grid as above. */
+double distance_field_least(const distance_field *field, const double p[3]);
+
 #endif

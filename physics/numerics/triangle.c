@@ -169,5 +169,16 @@ int triangle_is_beyond(const double *const corners[3], const double a[3], const 
     minus(b, corners[0], to_b);
     const double p = vector_dot(normal, to_a), q = vector_dot(normal, to_b);
     const double square = distance * distance * vector_dot(normal, normal);
-    return (p < 0) == (q < 0) && p * p > square && q * q > square;
+    if ((p < 0) == (q < 0) && p * p > square && q * q > square) {
+        return 1;
+    }
+    double middle[3], half[3], nearest[3];
+    int part;
+    for (int i = 0; i < 3 && a != b; i++) {
+        middle[i] = (a[i] + b[i]) / 2;
+        half[i] = (b[i] - a[i]) / 2;
+    }
+    return a != b &&
+           triangle_distance(corners, middle, nearest, &part) - sqrt(vector_dot(half, half)) >
+               distance;
 }

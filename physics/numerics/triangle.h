@@ -18,8 +18,8 @@ double triangle_distance(const double *const corners[3], const double p[3], doub
 double triangle_segment_distance(const double *const corners[3], const double a[3],
                                  const double b[3]);
 
-/* Whether its plane, and with it the triangle, is certainly further from the line than that; quick.
- */
+/* Whether it is certainly further from the line than that: by its plane, or by the distance of the
+ * line's middle; quick. */
 int triangle_is_beyond(const double *const corners[3], const double a[3], const double b[3],
                        double distance);
 

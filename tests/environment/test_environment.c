@@ -277,8 +277,11 @@ static void a_large_mesh(void **state)
         draw(&m, &random, 0.1, p);
         const double exact = environment_distance(of, p, INFINITY);
         const double kept = distance_field_at(&grid->field, p);
+        const double least = distance_field_least(&grid->field, p);
         if (fabs(p[0]) < 0.12 && fabs(p[1]) < 0.12 && fabs(p[2]) < 0.02) {
             worst = fmax(worst, fabs(kept - exact));
+            assert_true(least <= exact); /* a bound, and no worse than that of the nearest node */
+            assert_true(least >= exact - 2 * distance_grid_error(grid));
         } else { /* beyond the grid nothing is inside */
             assert_true(exact <= 0 ? kept <= distance_grid_error(grid) : true);
         }

@@ -47,6 +47,12 @@ static void planners(void **state)
         assert_int_equal(ompl_find(&none, &way[0], &length[0], &looked[0], NULL), AD_OK);
         assert_null(way[0]);
         assert_in_range(looked[0], 3000, 3200);
+        square open = {.gap = 0.5}; /* nobody waits for a goal within the wall */
+        const ompl_search within = {2,    low, high,  in_square, &open, 0.01, (plan_method)method,
+                                    3000, 1,   start, 1,         goals};
+        assert_int_equal(ompl_find(&within, &way[0], &length[0], &looked[0], NULL), AD_OK);
+        assert_null(way[0]);
+        assert_in_range(looked[0], 1, 2);
     }
 }
 

@@ -146,12 +146,12 @@ static double part_of_ranges(const certifier *c, const node *a, const node *b)
     return part;
 }
 
-/* Whether the way from a to the next holds, and leaves no less than the nearest of all shapes but a
- * fourth, or a thousandth of the length; false: look half-way. What the derivative changes from end
- * to end is added once, for what it does between them; and what travel bends from point to point a
- * fourth of, twice what a parabola leaves between points. Where unknown parameters move a point by
- * x at a and y at b, they move it by no more than max(x, y) + |x - y| between: as half of travel is
- * taken off and (x + y)/2 was already, that is 3 |x - y|. */
+/* Whether the way from a to the next holds, and leaves no less than half of what the nearest of all
+ * shapes does, or a thousandth of the length less; false: look half-way. What the derivative
+ * changes from end to end is added once, for what it does between them; and what travel bends from
+ * point to point a fourth of, twice what a parabola leaves between points. Where unknown parameters
+ * move a point by x at a and y at b, they move it by no more than max(x, y) + |x - y| between: as
+ * half of travel is taken off and (x + y)/2 was already, that is 3 |x - y|. */
 static bool judge_way(certifier *c, node *a, const node *b)
 {
     const size_t points = c->exact->points;
@@ -181,7 +181,7 @@ static bool judge_way(certifier *c, node *a, const node *b)
     a->least = clearance_between(pieces_of(c), a->free, b->free, c->travel);
     const bool smooth = (change <= largest / 2 || largest < 1e-9 * c->exact->length) &&
                         part_of_ranges(c, a, b) <= STEP_MAX;
-    const bool close = c->nearest - a->least <= fmax(c->nearest / 4, 1e-3 * c->exact->length);
+    const bool close = c->nearest - a->least <= fmax(c->nearest / 2, 1e-3 * c->exact->length);
     return smooth && close && a->least >= c->asked->promised;
 }
 

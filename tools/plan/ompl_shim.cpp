@@ -63,10 +63,15 @@ class Search
         put(asked_.start, start.get());
         problem->addStartState(start);
         auto goal = std::make_shared<ob::GoalStates>(information_);
+        bool any = false;
         for (size_t i = 0; i < asked_.goals; i++) {
             ob::ScopedState<> one(space_);
             put(asked_.goal + i * asked_.count, one.get());
+            any = information_->isValid(one.get()) || any;
             goal->addState(one);
+        }
+        if (!any || !information_->isValid(start.get())) {
+            return false; /* planners wait for a goal that is free */
         }
         problem->setGoal(goal);
         planner.setProblemDefinition(problem);
@@ -158,7 +163,7 @@ class Search
         og::PathSimplifier simplifier(information_);
         simplifier.reduceVertices(path);
         for (int k = 0; k < shortcuts; k++) {
-            simplifier.shortcutPath(path, 100, 20, 0.33, 0.005);
+            simplifier.shortcutPath(path, 100, 10, 0.33, 0.005);
             simplifier.reduceVertices(path);
         }
         simplifier.collapseCloseVertices(path);

@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SEARCHES_MAX = 5, GOALS_MAX = 16, SHAPES_MAX = 20000 };
+enum { HALVINGS = 2, SEARCHES_MAX = 5, GOALS_MAX = 16, SHAPES_MAX = 20000 };
 
 /* Where a way starts or ends. */
 typedef struct place {
@@ -35,13 +35,29 @@ typedef struct finder {
 
 /* ---- one configuration in the search --------------------------------------------------------- */
 
-/* Whether all lines between points are as far from the surface as is needed: by the grid where that
+/* Whether a line between points is as far from the surface as is needed: by the grid where that
  * decides, for distances change by no more than places do, else exactly. */
+static bool is_beyond(const finder *f, const double a[3], const double b[3], int halvings)
+{
+    const distance_field *const field = &f->of->grid->field;
+    const environment *const of = f->of->environment;
+    const double middle[3] = {(a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2};
+    const double least = distance_field_least(field, middle);
+    if (least - vector_distance(a, middle) >= f->needed) {
+        return true;
+    }
+    if (halvings > 0 && least >= f->needed) {
+        return is_beyond(f, a, middle, halvings - 1) && is_beyond(f, middle, b, halvings - 1);
+    }
+    return environment_is_beyond(of, a, b, f->needed) &&
+           !(least < 0 && environment_distance(of, middle, INFINITY) < 0);
+}
+
+/* Whether all of the rod is. */
 static bool is_free(void *context, const double *configuration)
 {
     finder *const f = context;
     const way_shapes *const shapes = f->of->shapes;
-    const environment *const of = f->of->environment;
     const distance_grid *const grid = f->of->grid;
     const double off = distance_grid_error(grid);
     double parameters[SCENE_PARAMETERS_MAX];
@@ -66,8 +82,7 @@ static bool is_free(void *context, const double *configuration)
         }
         if (k + 1 < shapes->points &&
             (here + before - vector_distance(r, r + 3)) / 2 - off < f->needed &&
-            (!environment_is_beyond(of, r, r + 3, f->needed) ||
-             (here < off && environment_distance(of, r, INFINITY) < 0))) {
+            !is_beyond(f, r, r + 3, HALVINGS)) {
             return false;
         }
         before = here;
@@ -242,7 +257,7 @@ static double margin(const finder *f)
     const plan_settings *const s = f->of->settings;
     const double wanted =
         fmax(fmax(0.1 * s->clearance, 0.2 * s->radius), 1e-4 * f->of->exact->length);
-    return f->of->shapes->error + fmin(f->unknown + ldexp(wanted, f->wider), 0.8 * f->room);
+    return fmin(f->of->shapes->error + f->unknown + ldexp(wanted, f->wider), 0.8 * f->room);
 }
 
 static ompl_search search_of(finder *f, int search, int goal, size_t states)
@@ -254,7 +269,7 @@ static ompl_search search_of(finder *f, int search, int goal, size_t states)
                          .high = f->robot->high,
                          .is_free = is_free,
                          .context = f,
-                         .step = ldexp(0.02, -search),
+                         .step = ldexp(f->of->roadmap && search == 0 ? 0.02 : 0.04, -search),
                          .method = s->method,
                          .states = states,
                          .seed = s->seed + search,
