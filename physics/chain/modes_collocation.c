@@ -40,7 +40,7 @@ ad_status collocation_create(modes *m, int stages, collocation **result, ad_erro
     collocation_make_method(stages, &x->by);
     const size_t pairs = (size_t)x->by.pairs;
     int *pivots = malloc(pairs * n * sizeof *pivots);
-    const size_t rubs = (size_t)stages * (size_t)(m->rod->frictions * m->points);
+    const size_t rubs = (size_t)stages * (size_t)m->rod->frictions * (size_t)m->points;
     double *at = x->memory =
         calloc(4 * each + 6 * n + 3 * square + 2 * pairs * n * n + each * (each + 1) +
                    take_branch(x, NULL) + rubs * sizeof *x->dual / sizeof *at,

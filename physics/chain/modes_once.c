@@ -86,7 +86,7 @@ static ad_status newton_exact(collocation *collocation, double t, double h, cons
                               ad_error *error)
 {
     modes *m = collocation->m;
-    const size_t rubs = (size_t)(m->rod->frictions * m->points);
+    const size_t rubs = (size_t)m->rod->frictions * (size_t)m->points;
     const int full = 12, steps = rubs > 0 ? 40 : 8; /* half steps do not go to and fro */
     const int n = collocation->size, all = collocation->by.rule.stages * n, columns = all + 1;
     *failed = true;

@@ -212,8 +212,8 @@ typedef struct solution_path_point {
     double arclength;   /* of the path: of positions over the length, rotations and load */
     double position[3]; /* m, of the place of the path */
     double deflection;  /* m, of that place along the direction of the path */
-    int unstable_modes; /* as physics/solve/stability.h counts them, of a mark those before it; -1:
-                         * not asked */
+    int unstable_modes; /* as physics/solve/stability.h counts them, and in space unless `motion`
+                         * says planar; of a mark those before it; -1: not asked */
     solution_mark mark; /* bifurcations are found where the modes are asked for */
 } solution_path_point;
 

@@ -60,6 +60,20 @@ ad_status static_unstable(const static_solution *solution, int *count, ad_error 
                : status;
 }
 
+ad_status static_unstable_in_space(const static_solution *solution, int *count, ad_error *error)
+{
+    double values[SAMPLED];
+    scene given;
+    int all = -1;
+    ad_status status = sample(solution, &given, values, error);
+    if (status == AD_OK && given.motion == SCENE_AUTOMATIC && rod_plane_of(&given).is_planar) {
+        given.motion = SCENE_SPATIAL;
+        status = stability_count_with(&given, solution->system->path.load, 1, values, &all, error);
+    }
+    *count = all >= 0 ? all : *count;
+    return status;
+}
+
 ad_status static_gives_way(const static_solution *solution, bool *lost, ad_error *error)
 {
     double values[SAMPLED];
