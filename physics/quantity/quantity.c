@@ -93,6 +93,7 @@ static const quantity_node *node_like(quantities *owner, quantity_node wanted)
     if (!node) {
         node = copy_of(&wanted);
         if (node) {
+            node->still = quantity_enclose_still(node);
             node->next = *bucket;
             *bucket = node;
         }

@@ -112,6 +112,19 @@ static quantity_enclosure enclose_operation(const enclosing *in, const quantity_
     return result;
 }
 
+/* Panels ask for an enclosure some 100,000 times, of which a network of parameters is the same. */
+static bool is_still(const quantity_node *node)
+{
+    const uint64_t coordinates = 3; /* s and t */
+    return node->kind == QUANTITY_OPERATION && node->uses && !(node->uses & coordinates);
+}
+
+quantity_enclosure quantity_enclose_still(const quantity_node *node)
+{
+    const enclosing nowhere = {.along = 0};
+    return is_still(node) ? enclose_operation(&nowhere, node) : (quantity_enclosure){.rounding = 0};
+}
+
 static quantity_enclosure enclose(const enclosing *in, const quantity *q)
 {
     const quantity_node *node = q->node;
@@ -128,7 +141,7 @@ static quantity_enclosure enclose(const enclosing *in, const quantity *q)
     case QUANTITY_WRITTEN:
         return enclose(in, &node->x[0]);
     case QUANTITY_OPERATION:
-        return enclose_operation(in, node);
+        return is_still(node) ? node->still : enclose_operation(in, node);
     case QUANTITY_UNPARSED:
     case QUANTITY_ERROR:
         break;
