@@ -148,11 +148,11 @@ members() {
 }
 members family double 1e-7
 if ! watched; then
-    run 0 cpinn-export family --c few --places 0.1,0.2 --columns 'q, z u2'
+    run 0 quickly cpinn-export family --c few --places 0.1,0.2 --columns 'q, z u2'
     said few.h '^#define few_COLUMNS +6$'
     members few double 1e-7
 fi
-run 0 cpinn-export family --c small --places 0.1,0.2 --single --columns 'r n1' --jacobian
+run 0 quickly cpinn-export family --c small --places 0.1,0.2 --single --columns 'r n1' --jacobian
 said stdout.txt '^  n1 +[0-9.]+e-0[5-8]  derivatives '
 said small.h 'numbers of type float'
 said small.h '^int small_shape_jacobian\(const float'
@@ -163,7 +163,7 @@ check "self-test of small" -- cc -std=c99 -Wall -Wextra -Wpedantic -Werror -o se
 check "self-test of small runs" -- ./selftest
 awk '!done && /^static const float/ { getline next_line; sub(/[0-9]\.[0-9]/, "7.7", next_line); print; print next_line
     done = 1; next } { print }' small.c >damaged.c
-cc -std=c99 -o selftest damaged.c small_selftest.c -lm
+${quick%% *} -std=c99 -o selftest damaged.c small_selftest.c -lm
 check "a damaged float is noticed" -- test "$(./selftest >selftest.txt; echo $?)" -eq 1
 # How far the whole rod keeps from a wall: a box of triangles and quads around it, in mm.
 cat >box.obj <<'END'
@@ -185,13 +185,13 @@ END
 sed '$a plan: {environment: {file: box.obj, unit: mm}, radius: 0.01, from: 0.02}' family.yaml >walled.yaml
 # Distances are exact; lines between places take off 0.1 mm where the rod is bent most.
 clears() { # NAME NUMBER OPTIONS...
-    run 0 cpinn-export family --c "$1" --columns 'r v1 v2 v3' --wall walled.yaml "${@:3}"
+    run 0 quickly cpinn-export family --c "$1" --columns 'r v1 v2 v3' --wall walled.yaml "${@:3}"
     ! watched || return 0
     check "clear of $1" -- ${quick%% *} -std=c99 -Wall -Wextra -Wpedantic -Werror -DHEADER="\"$1.h\"" -DNAME="$1" \
         -DNUMBER="$2" -DFINE_HEADER='"fine.h"' -DFINE=fine -I. -o clear "$ROOT/tests/export_clear.c" "$1.c" fine.c -lm
     check "clear of $1, and no more" -- ./clear 0.06 0.08 -0.03 0.21 0.01 0.02 0.0001
 }
-watched || run 0 cpinn-export family --c fine --columns r \
+watched || run 0 quickly cpinn-export family --c fine --columns r \
     --places "$(awk 'BEGIN { for (i = 0; i <= 180; i++) printf "%s%.9g", i ? "," : "", 0.2 * i / 180 }')"
 watched || clears walled double --force
 clears single float --single
@@ -227,7 +227,7 @@ supported 1 -0.05 0.6 >one.yaml
 printf 'pull,push,stiff\n1,-0.05,0.6\n' >members.csv
 cpinn-train supported.yaml --out supported --quiet 2>/dev/null
 run 0 cpinn-solve one.yaml --method collocation --tolerance 1e-9 --grid 3 --out shapes.csv
-run 0 cpinn-export supported --c supported --places 0.1,0.2
+run 0 quickly cpinn-export supported --c supported --places 0.1,0.2
 check "supported for a member" -- ${quick%% *} -std=c99 -DHEADER='"supported.h"' -DNAME=supported -DNUMBER=double -I. \
     -o compare "$ROOT/tests/export_members_compare.c" supported.c -lm
 check "supported as collocation" -- ./compare members.csv shapes.csv 1e-6 2
@@ -253,7 +253,7 @@ said planar_single.h 'to [0-9.]+e-0[78] of it'
 awk '!done && last ~ /^static const double/ { sub(/[0-9]\.[0-9]/, "7.7"); done = 1 } { print; last = $0 }' \
     planar.c >damaged.c
 check a number has changed -- test "$(cmp -l planar.c damaged.c | wc -l)" -ge 1
-cc -std=c99 -o selftest damaged.c planar_selftest.c -lm
+${quick%% *} -std=c99 -o selftest damaged.c planar_selftest.c -lm
 ./selftest >selftest.txt
 check a damaged table is noticed -- test $? -eq 1
 check in one line -- test "$(wc -l <selftest.txt)" -eq 1
