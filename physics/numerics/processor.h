@@ -28,7 +28,7 @@
 #define PROCESSOR_INLINE static inline __attribute__((always_inline, unused))
 #endif
 
-/* The same, of a size that is compiled once for each processor, not again wherever it is called. */
+/* The same of large ones: compiled once for each processor, not again wherever they are called. */
 #define PROCESSOR_CALLED FOR_EACH_PROCESSOR static
 
 /* So many numbers side by side, anywhere in memory. */

@@ -65,11 +65,14 @@ ad_status static_unstable_in_space(const static_solution *solution, int *count, 
     double values[SAMPLED];
     scene given;
     int all = -1;
-    ad_status status = sample(solution, &given, values, error);
-    if (status == AD_OK && given.motion == SCENE_AUTOMATIC && rod_plane_of(&given).is_planar) {
-        given.motion = SCENE_SPATIAL;
-        status = stability_count_with(&given, solution->system->path.load, 1, values, &all, error);
+    if (solution->rod->motion != SCENE_AUTOMATIC) {
+        return AD_OK;
     }
+    ad_status status = sample(solution, &given, values, error);
+    given.motion = SCENE_SPATIAL;
+    status = status == AD_OK
+                 ? stability_count_with(&given, solution->system->path.load, 1, values, &all, error)
+                 : status;
     *count = all >= 0 ? all : *count;
     return status;
 }

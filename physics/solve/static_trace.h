@@ -45,8 +45,8 @@ void static_trace_report(const static_trace *trace, solve_report *report);
  * formula. */
 ad_status static_unstable(const static_solution *solution, int *count, ad_error *error);
 
-/* The same of a planar scene of automatic motion, with those that leave the plane; of other scenes,
- * and where these cannot be counted, *count stays. */
+/* The same of a planar scene, with those that leave the plane; where `motion` says planar, and
+ * where these cannot be counted, *count stays. */
 ad_status static_unstable_in_space(const static_solution *solution, int *count, ad_error *error);
 
 /* Whether the equilibrium under the full load is known not to be stable, as stability_find says,

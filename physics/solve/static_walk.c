@@ -87,7 +87,7 @@ static ad_status record(tracer *tracer, const double *at, double load, double ar
     }
     adopt(tracer, at);
     ad_status status = static_at(tracer->mesh, TRACE_PLACES, s, states, error);
-    if (status == AD_OK && tracer->goal == TRACE_WHOLE) {
+    if (status == AD_OK && tracer->goal == TRACE_WHOLE && tracer->path->planar) {
         status = static_unstable_in_space(tracer->mesh, &unstable, error);
     }
     if (status == AD_OK) {
