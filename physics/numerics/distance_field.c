@@ -28,8 +28,9 @@ static const float *cell_of(const distance_field *field, const double p[3], doub
         if (!(x >= 0 && x < field->count[i] - 1)) {
             return NULL;
         }
-        at += (size_t)x * stride;
-        part[i] = x - floor(x);
+        const size_t node = (size_t)x;
+        at += node * stride;
+        part[i] = x - (double)node;
         stride *= (size_t)field->count[i];
     }
     return field->value + at;

@@ -644,10 +644,9 @@ double quantity_slope_at(quantity q, int count, const double *x, const double *d
 
 quantity_interval quantity_span(quantity q, double s, double t)
 {
-    const uint64_t coordinates = 3; /* s and t */
     double value = quantity_value(q, s, t);
     quantity_interval range = {value, value};
-    if (q.node && (q.node->uses & ~coordinates)) {
+    if (q.node && (q.node->uses & ~QUANTITY_COORDINATES)) {
         range = quantity_range(q, (quantity_interval){s, s}, (quantity_interval){t, t});
     }
     return isfinite(range.low) && isfinite(range.high) ? range : (quantity_interval){value, value};

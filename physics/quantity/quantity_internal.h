@@ -57,6 +57,9 @@ typedef enum quantity_kind {
     QUANTITY_ERROR      /* the text says what is wrong */
 } quantity_kind;
 
+/* s and t in quantity_node.uses. */
+static const uint64_t QUANTITY_COORDINATES = 3;
+
 typedef struct quantity_node {
     quantity_kind kind;
     ad_status status; /* of an error */
@@ -69,7 +72,7 @@ typedef struct quantity_node {
     quantities *owner;
     uint64_t hash;
     struct quantity_node *next; /* of the same bucket */
-    quantity_enclosure still;   /* as quantity_range.c has it */
+    quantity_enclosure still;   /* of quantity_enclose_still */
 } quantity_node;
 
 /* A defined or an open name. */
@@ -126,8 +129,8 @@ void quantities_unlock_kept(quantities *names);
 /* Whether the name goes on there with a point and a letter, as "tip.x" does. */
 bool quantity_name_goes_on(const char *at);
 
-/* quantity_range.c: the enclosure of an operation that depends on other open names alone than s and
- * t, which are the first two; of other nodes nothing. Those of its arguments are known. */
+/* quantity_range.c: the enclosure of an operation that depends on open names, and neither on s nor
+ * on t; of other nodes nothing. Those of its arguments are known. */
 quantity_enclosure quantity_enclose_still(const quantity_node *node);
 
 quantity quantity_error(quantities *owner, ad_status status, const char *message);

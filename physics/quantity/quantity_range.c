@@ -115,8 +115,7 @@ static quantity_enclosure enclose_operation(const enclosing *in, const quantity_
 /* Panels ask for an enclosure some 100,000 times, of which a network of parameters is the same. */
 static bool is_still(const quantity_node *node)
 {
-    const uint64_t coordinates = 3; /* s and t */
-    return node->kind == QUANTITY_OPERATION && node->uses && !(node->uses & coordinates);
+    return node->kind == QUANTITY_OPERATION && node->uses && !(node->uses & QUANTITY_COORDINATES);
 }
 
 quantity_enclosure quantity_enclose_still(const quantity_node *node)

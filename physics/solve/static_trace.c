@@ -49,30 +49,29 @@ static ad_status sample(const static_solution *solution, scene *given, double *v
     return AD_OK;
 }
 
-ad_status static_unstable(const static_solution *solution, int *count, ad_error *error)
+static ad_status count_modes(const static_solution *solution, bool in_space, int *count,
+                             ad_error *error)
 {
     double values[SAMPLED];
     scene given;
     *count = -1;
     ad_status status = sample(solution, &given, values, error);
+    given.motion = in_space ? SCENE_SPATIAL : given.motion;
     return status == AD_OK
                ? stability_count_with(&given, solution->system->path.load, 1, values, count, error)
                : status;
 }
 
+ad_status static_unstable(const static_solution *solution, int *count, ad_error *error)
+{
+    return count_modes(solution, false, count, error);
+}
+
 ad_status static_unstable_in_space(const static_solution *solution, int *count, ad_error *error)
 {
-    double values[SAMPLED];
-    scene given;
     int all = -1;
-    if (solution->rod->motion != SCENE_AUTOMATIC) {
-        return AD_OK;
-    }
-    ad_status status = sample(solution, &given, values, error);
-    given.motion = SCENE_SPATIAL;
-    status = status == AD_OK
-                 ? stability_count_with(&given, solution->system->path.load, 1, values, &all, error)
-                 : status;
+    const ad_status status =
+        solution->rod->motion == SCENE_AUTOMATIC ? count_modes(solution, true, &all, error) : AD_OK;
     *count = all >= 0 ? all : *count;
     return status;
 }

@@ -307,11 +307,12 @@ static ad_status prepare(solving *solving, ad_error *error)
     if (status != AD_OK) {
         return status;
     }
+    const solve_settings usual = solve_settings_default(solving->scene);
     if (solving->asked.tolerance == 0) {
-        solving->asked.tolerance = solve_settings_default(solving->scene).tolerance;
+        solving->asked.tolerance = usual.tolerance;
     }
     if (!o->method_name) {
-        solving->asked.method = solve_settings_default(solving->scene).method;
+        solving->asked.method = usual.method;
     }
     status = samples_choose(&solving->grid, &o->where, NULL, solving->scene,
                             scene_duration(solving->scene), error);
