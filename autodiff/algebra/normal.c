@@ -22,41 +22,27 @@ static ad_status check(int count, const ad_value *wrt, size_t parameters, ad_err
 }
 
 /* Zeros, aligned for vectors; NULL: out of memory. */
-static void *zeros(size_t count)
-{
-    void *memory = NULL;
-    if (posix_memalign(&memory, 64, (count + 1) * sizeof(double)) != 0) {
-        return NULL;
-    }
-    return memset(memory, 0, (count + 1) * sizeof(double));
-}
-
-static bool make_space(const normal_layout *l, normal_space *space)
+static void make_space(ad_memory *memory, const normal_layout *l, normal_space *space)
 {
     size_t sources = (size_t)l->source_count + 1, terms = sources + (size_t)l->weights_max;
-    space->tiles = zeros((size_t)NORMAL_GROUP * NORMAL_GROUP * TILE);
-    space->panels = zeros((size_t)NORMAL_GROUP * NORMAL_DEPTH * PANEL);
-    space->by = zeros(sources * NORMAL_DEPTH);
-    space->factors = malloc(2 * terms * sizeof *space->factors);
-    space->sources[0] = malloc(3 * sources * sizeof *space->sources[0]);
-    if (!space->tiles || !space->panels || !space->by || !space->factors || !space->sources[0]) {
-        return false;
-    }
-    space->terms = space->factors + terms;
-    space->sources[1] = space->sources[0] + sources;
-    space->used = space->sources[1] + sources;
-    return true;
+    AD_TAKE_OF(memory, space->tiles, NORMAL_GROUP * NORMAL_GROUP * TILE);
+    AD_TAKE_OF(memory, space->panels, NORMAL_GROUP * NORMAL_DEPTH * PANEL);
+    AD_TAKE_OF(memory, space->by, sources * NORMAL_DEPTH);
+    AD_TAKE_OF(memory, space->factors, terms);
+    AD_TAKE_OF(memory, space->terms, terms);
+    AD_TAKE_OF(memory, space->sources[0], sources);
+    AD_TAKE_OF(memory, space->sources[1], sources);
+    AD_TAKE_OF(memory, space->used, sources);
 }
 
 static bool make_spaces(ad_normal *normal)
 {
     normal->threads = ad_pool_threads(normal->program->pool);
-    normal->spaces = calloc((size_t)normal->threads, sizeof *normal->spaces);
-    bool ok = normal->spaces;
-    for (int i = 0; ok && i < normal->threads; i++) {
-        ok = make_space(&normal->layout, &normal->spaces[i]);
+    AD_TAKE(normal, spaces, normal->threads);
+    for (int i = 0; normal->spaces && i < normal->threads; i++) {
+        make_space(&normal->memory, &normal->layout, &normal->spaces[i]);
     }
-    return ok;
+    return !normal->memory.is_short;
 }
 
 static ad_status compile(ad_normal *normal, int count, const ad_value *residuals, int wrt_count,
@@ -99,13 +85,11 @@ bool ad_normal_make_slab(ad_normal *normal, size_t points)
     if (room <= slab->room) {
         return true;
     }
-    free(slab->basis);
-    free(slab->plain);
-    free(slab->weights);
-    slab->basis = zeros((size_t)l->source_panels * room * PANEL);
-    slab->plain = zeros((size_t)l->plain_panels * (size_t)l->rows * room * PANEL);
-    slab->weights = zeros((size_t)l->weight_count * room);
-    slab->room = slab->basis && slab->plain && slab->weights ? room : 0;
+    ad_memory_free(&slab->memory);
+    AD_TAKE(slab, basis, (size_t)l->source_panels * room * PANEL);
+    AD_TAKE(slab, plain, (size_t)l->plain_panels * (size_t)l->rows * room * PANEL);
+    AD_TAKE(slab, weights, (size_t)l->weight_count * room);
+    slab->room = slab->memory.is_short ? 0 : room;
     return slab->room > 0;
 }
 
@@ -137,18 +121,9 @@ void ad_normal_free(ad_normal *normal)
     if (normal) {
         ad_program_free(normal->program);
         ad_jacobian_clear(&normal->jacobian);
-        for (int i = 0; normal->spaces && i < normal->threads; i++) {
-            free(normal->spaces[i].tiles);
-            free(normal->spaces[i].panels);
-            free(normal->spaces[i].by);
-            free(normal->spaces[i].factors);
-            free(normal->spaces[i].sources[0]);
-        }
-        free(normal->spaces);
+        ad_memory_free(&normal->memory);
         ad_normal_layout_clear(&normal->layout);
-        free(normal->slab.basis);
-        free(normal->slab.plain);
-        free(normal->slab.weights);
+        ad_memory_free(&normal->slab.memory);
         free(normal->leaves);
         free(normal->packed);
         free(normal);

@@ -3,6 +3,7 @@
 #define AD_NORMAL_H
 
 #include "autodiff/compile/program.h"
+#include "autodiff/memory.h"
 
 /* One residual's derivatives by one block of parameters: a sum of products y x^T [m][k], and of
  * values [m*k] as they are. Numbers of outputs of the program. */
@@ -78,6 +79,7 @@ typedef struct normal_layout {
     int rows;        /* residuals per point */
     size_t parameters;
     size_t products; /* of two panels, per point */
+    ad_memory memory;
 } normal_layout;
 
 #define NO_COLUMN ((size_t)-1)
@@ -91,6 +93,7 @@ enum { NORMAL_GROUP = 14, NORMAL_DEPTH = 96 };
 typedef struct normal_slab {
     double *basis, *plain, *weights;
     size_t room, points;
+    ad_memory memory;
 } normal_slab;
 
 /* Working memory of a thread. */
@@ -113,6 +116,7 @@ struct ad_normal {
     double *leaves; /* sums that wait for others: [leaf_capacity][numbers of a leaf] */
     double *packed; /* of each of them a part, and of J^T J */
     size_t leaf_capacity;
+    ad_memory memory;
 };
 
 /* One run. */

@@ -142,14 +142,13 @@ static ad_status allocate(const jacobian *j, normal_layout *l)
     for (size_t i = 0; i + 1 < terms; i++) {
         weights += (size_t)j->terms[i].rows;
     }
-    l->sources = malloc(terms * sizeof *l->sources);
-    l->weights = malloc((weights + 1) * sizeof *l->weights);
-    l->heads = malloc(n * sizeof *l->heads);
-    l->groups = malloc(2 * n * sizeof *l->groups);
-    l->columns = malloc((n + PANEL) * sizeof *l->columns);
-    l->live = calloc(n / PANEL + 1, rows * sizeof *l->live);
-    bool ok = l->sources && l->weights && l->heads && l->groups && l->columns && l->live;
-    return ok ? AD_OK : AD_NO_MEMORY;
+    AD_TAKE(l, sources, terms);
+    AD_TAKE(l, weights, weights + 1);
+    AD_TAKE(l, heads, n);
+    AD_TAKE(l, groups, 2 * n);
+    AD_TAKE(l, columns, n + PANEL);
+    AD_TAKE(l, live, (n / PANEL + 1) * rows);
+    return l->memory.is_short ? AD_NO_MEMORY : AD_OK;
 }
 
 static ad_status make(const jacobian *j, size_t parameters, bool heads, normal_layout *l)
@@ -179,12 +178,7 @@ static ad_status make(const jacobian *j, size_t parameters, bool heads, normal_l
 
 void ad_normal_layout_clear(normal_layout *l)
 {
-    free(l->sources);
-    free(l->weights);
-    free(l->heads);
-    free(l->groups);
-    free(l->columns);
-    free(l->live);
+    ad_memory_free(&l->memory);
     *l = (normal_layout){0};
 }
 

@@ -149,7 +149,7 @@ static void place_uniforms(compilation *c)
 static bool write_constants(compilation *c)
 {
     ad_program *program = c->program;
-    program->uniform = calloc((size_t)program->uniform_count, sizeof(double));
+    AD_TAKE(program, uniform, program->uniform_count);
     for (int id = 0; program->uniform && id < c->tape->count; id++) {
         const node *n = &c->tape->nodes[id];
         for (int row = 0; c->needed[id] && n->op == OP_CONSTANT && row < n->rows; row++) {
@@ -162,7 +162,7 @@ static bool write_constants(compilation *c)
 
 static bool list_uniforms(compilation *c, pass *p, int stage)
 {
-    p->uniforms = malloc(((size_t)c->tape->count + 1) * sizeof *p->uniforms);
+    AD_TAKE_OF(&c->program->memory, p->uniforms, c->tape->count + 1);
     for (int id = 0; p->uniforms && id < c->tape->count; id++) {
         const node *n = &c->tape->nodes[id];
         bool computed = n->op != OP_CONSTANT && n->op != OP_PARAMETER && n->op != OP_SLICE;
@@ -243,9 +243,9 @@ static bool list_outputs(compilation *c, const pass_plan *plan, pass *p)
     for (int id = 0; id < plan->count; id++) {
         stored += c->stored[id];
     }
-    p->outputs = malloc(((size_t)program->outputs + 1) * sizeof *p->outputs);
-    p->kept = malloc((stored + 1) * sizeof *p->kept);
-    if (!p->outputs || !p->kept) {
+    AD_TAKE_OF(&program->memory, p->outputs, program->outputs);
+    AD_TAKE_OF(&program->memory, p->kept, stored);
+    if (program->memory.is_short) {
         return false;
     }
     for (int i = 0; i < program->outputs; i++) {
@@ -266,40 +266,31 @@ static bool list_outputs(compilation *c, const pass_plan *plan, pass *p)
     return true;
 }
 
-static void plan_free(pass_plan *plan)
-{
-    free(plan->nodes);
-    free(plan->arguments);
-    free(plan->uses);
-    free(plan->places);
-}
-
 static bool compile_pass(compilation *c, pass *p)
 {
     size_t count = (size_t)c->tape->count + 1;
-    enum { INTEGERS = 9 }; /* integer arrays by id */
     pass_plan plan = {.program = c->program, .tape = c->tape, .count = c->tape->count};
-    plan.nodes = malloc(count * sizeof *plan.nodes);
-    plan.arguments = malloc(count * sizeof *plan.arguments);
-    plan.uses = calloc(INTEGERS * count, sizeof *plan.uses);
-    plan.places = calloc(count, sizeof *plan.places);
-    bool ok = plan.nodes && plan.arguments && plan.uses && plan.places;
+    AD_TAKE(&plan, nodes, count);
+    AD_TAKE(&plan, arguments, count);
+    AD_TAKE(&plan, places, count);
+    AD_TAKE(&plan, uses, count);
+    AD_TAKE(&plan, level, count);
+    AD_TAKE(&plan, order, count);
+    AD_TAKE(&plan, position, count);
+    AD_TAKE(&plan, parent, count);
+    AD_TAKE(&plan, row, count);
+    AD_TAKE(&plan, panel, count);
+    AD_TAKE(&plan, column, count);
+    AD_TAKE(&plan, panel_columns, count);
+    bool ok = !plan.memory.is_short;
     if (ok) {
-        plan.level = plan.uses + count;
-        plan.order = plan.uses + 2 * count;
-        plan.position = plan.uses + 3 * count;
-        plan.parent = plan.uses + 4 * count;
-        plan.row = plan.uses + 5 * count;
-        plan.panel = plan.uses + 6 * count;
-        plan.column = plan.uses + 7 * count;
-        plan.panel_columns = plan.uses + 8 * count;
         plan.sum_of = c->sum_of;
         plan.stored = c->stored;
         ad_stages_mark(c, p);
         fill_plan(c, &plan, p);
         ok = ad_plan_layout(&plan, p) && ad_emit_pass(&plan, p) && list_outputs(c, &plan, p);
     }
-    plan_free(&plan);
+    ad_memory_free(&plan.memory);
     return ok;
 }
 
@@ -356,16 +347,11 @@ static bool allocate_workspaces(ad_program *program)
     program->workspace_numbers = numbers;
     numbers += program->scratch + (program->members ? (size_t)program->tile : 0);
     program->info.workspace_bytes = numbers * sizeof(double);
-    program->workspaces = calloc((size_t)threads, sizeof *program->workspaces);
+    AD_TAKE(program, workspaces, threads);
     for (int i = 0; program->workspaces && i < threads; i++) {
-        void *memory = NULL;
-        if (posix_memalign(&memory, 64, (numbers + TILE_STEP) * sizeof(double)) != 0) {
-            return false;
-        }
-        memset(memory, 0, (numbers + TILE_STEP) * sizeof(double));
-        program->workspaces[i] = memory;
+        AD_TAKE(program, workspaces[i], numbers + TILE_STEP);
     }
-    return program->workspaces != NULL;
+    return !program->memory.is_short;
 }
 
 /* Working memory, and what is needed. */
@@ -374,7 +360,7 @@ static ad_status begin(compilation *c, ad_error *error)
     size_t count = (size_t)c->tape->count + 1;
     c->needed = calloc(4 * count, sizeof *c->needed);
     c->stage = calloc(4 * count, sizeof *c->stage);
-    c->program->places = calloc(count, sizeof *c->program->places);
+    AD_TAKE(c->program, places, count);
     if (!c->needed || !c->stage || !c->program->places) {
         return no_memory(error);
     }
@@ -398,8 +384,7 @@ static bool build(compilation *c)
     }
     int passes = program->pass_count;
     size_t inputs = (size_t)passes * (size_t)c->tape->inputs + 1;
-    program->input_units = malloc(inputs * sizeof *program->input_units);
-    if (!program->input_units) {
+    if (!AD_TAKE(program, input_units, inputs)) {
         return false;
     }
     memset(program->input_units, -1, inputs * sizeof *program->input_units);
@@ -459,7 +444,7 @@ ad_status ad_compile(int count, const ad_value *outputs, const ad_settings *sett
     program->kernels = ad_kernels_select();
     program->settings = settings ? *settings : ad_settings_default();
     program->outputs = count;
-    program->output_ids = malloc((size_t)count * sizeof *program->output_ids);
+    AD_TAKE(program, output_ids, count);
     program->tape = tape_copy(outputs[0].tape);
     compilation c = {.program = program, .tape = program->tape};
     bool ok = program->output_ids && program->tape;
@@ -490,22 +475,10 @@ void ad_program_free(ad_program *program)
     }
     ad_fuse_clear(program);
     for (int s = 0; program->passes && s <= program->pass_count; s++) {
-        free(program->passes[s].uniforms);
         free(program->passes[s].instructions);
-        free(program->passes[s].groups);
-        free(program->passes[s].outputs);
-        free(program->passes[s].kept);
-    }
-    for (int i = 0; program->workspaces && i < ad_pool_threads(program->pool); i++) {
-        free(program->workspaces[i]);
     }
     ad_tape_free(program->tape);
-    free(program->places);
-    free(program->uniform);
-    free(program->passes);
-    free(program->input_units);
-    free(program->output_ids);
-    free(program->workspaces);
+    ad_memory_free(&program->memory);
     free(program->sums);
     free(program->member);
     free(program->shares);

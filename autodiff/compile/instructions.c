@@ -231,9 +231,9 @@ static void emit_node(emitter *e, int at, bool *done)
 }
 
 /* Consecutive elementwise instructions of equally many rows; worth pieces only when several. */
-static bool group_instructions(pass *p)
+static bool group_instructions(ad_memory *memory, pass *p)
 {
-    p->groups = malloc(((size_t)p->count + 1) * sizeof *p->groups);
+    AD_TAKE_OF(memory, p->groups, p->count);
     for (int i = 0; p->groups && i < p->count; i++) {
         const instruction *now = &p->instructions[i];
         group *last = p->group_count ? &p->groups[p->group_count - 1] : NULL;
@@ -345,7 +345,7 @@ bool ad_emit_pass(const pass_plan *plan, pass *p)
         emit_node(&e, at, done);
     }
     free(done);
-    if (!e.ok || !group_instructions(p)) {
+    if (!e.ok || !group_instructions(&plan->program->memory, p)) {
         return false;
     }
     split_groups(p);

@@ -17,6 +17,7 @@
 #define AD_PROGRAM_H
 
 #include "autodiff/compile/kernels.h"
+#include "autodiff/memory.h"
 #include "autodiff/tape/tape.h"
 
 typedef enum place_kind {
@@ -132,6 +133,7 @@ struct ad_program {
     double *shares;         /* of members that take several tiles: [most summed][tiles] */
     size_t share_capacity;
     int most_reduced, most_units, most_summed;
+    ad_memory memory;
 };
 
 /* Lay out and order one pass (layout.c). `needed` marks the nodes of the pass. */
@@ -156,6 +158,7 @@ typedef struct pass_plan {
     int *panel_columns; /* by panel */
     int panels;
     place *places; /* final, by id */
+    ad_memory memory;
 } pass_plan;
 
 bool ad_plan_layout(pass_plan *plan, pass *p);

@@ -140,7 +140,7 @@ bool ad_stages_mark(compilation *c, const pass *p)
 static bool list_passes(compilation *c)
 {
     ad_program *program = c->program;
-    program->passes = calloc(2 * (size_t)c->stages + 1, sizeof *program->passes);
+    AD_TAKE(program, passes, 2 * c->stages + 1);
     for (int k = 0; program->passes && k < 2 * c->stages; k++) {
         pass p = {.members = k % 2 == 0, .stage = k / 2};
         if (program->members ? ad_stages_mark(c, &p) : !p.members) {

@@ -141,11 +141,12 @@ bool ad_c_find_again(c_writer *w)
     const pass *p = w->pass;
     size_t count = (size_t)p->count * AD_ARITY_MAX + 1;
     search s = {.w = w};
-    w->again = malloc(count * sizeof *w->again);
-    s.by = malloc(((size_t)p->units + 1) * sizeof *s.by);
-    s.versions = malloc(count * sizeof *s.versions);
-    s.list = malloc((size_t)(C_LOOP_MAX * AD_ARITY_MAX) * sizeof *s.list);
-    bool ok = w->again && s.by && s.versions && s.list;
+    ad_memory memory = {0};
+    AD_TAKE(w, again, count);
+    AD_TAKE_OF(&memory, s.by, p->units + 1);
+    AD_TAKE_OF(&memory, s.versions, count);
+    AD_TAKE_OF(&memory, s.list, C_LOOP_MAX * AD_ARITY_MAX);
+    bool ok = w->again && !memory.is_short;
     if (ok) {
         memset(w->again, -1, count * sizeof *w->again);
         memset(s.by, -1, ((size_t)p->units + 1) * sizeof *s.by); /* NOBODY */
@@ -158,8 +159,6 @@ bool ad_c_find_again(c_writer *w)
             note_writes(&s, i);
         }
     }
-    free(s.by);
-    free(s.versions);
-    free(s.list);
+    ad_memory_free(&memory);
     return ok;
 }

@@ -4,6 +4,7 @@
 #define AD_C_CODE_H
 
 #include "autodiff/compile/program.h"
+#include "autodiff/memory.h"
 
 /* The texts of lanes.h, stumpff.h and so on (made by text.cmake): lines, NULL at the end. */
 extern const char *const ad_text_lanes[], *const ad_text_stumpff[];
@@ -70,6 +71,7 @@ typedef struct c_writer {
     int *holder; /* [units] variable of a row, -1: none */
     c_held held[C_HELD_MAX];
     int held_count, variables;
+    ad_memory memory;
 } c_writer;
 
 /* Cut a pass into segments, find what each has to leave in memory. False: out of memory; end it all

@@ -223,17 +223,17 @@ bool ad_c_begin_pass(c_writer *w, const pass *p)
 {
     size_t rows = 0;
     w->pass = p;
-    w->end = malloc(((size_t)p->count + 1) * sizeof *w->end);
-    w->row = malloc(((size_t)p->count + 1) * sizeof *w->row);
-    w->dead = calloc((size_t)p->count + 1, sizeof *w->dead);
-    w->holder = malloc(((size_t)p->units + 1) * sizeof *w->holder);
+    AD_TAKE(w, end, (size_t)p->count + 1);
+    AD_TAKE(w, row, (size_t)p->count + 1);
+    AD_TAKE(w, dead, (size_t)p->count + 1);
+    AD_TAKE(w, holder, (size_t)p->units + 1);
     for (int n = 0; w->row && n < p->count; n++) {
         w->row[n] = rows;
         rows += (size_t)p->instructions[n].out.rows;
     }
-    w->kept = calloc(rows + 1, sizeof *w->kept);
-    w->needed = calloc(rows + 1, sizeof *w->needed);
-    if (!w->end || !w->row || !w->dead || !w->holder || !w->kept || !w->needed) {
+    AD_TAKE(w, kept, rows + 1);
+    AD_TAKE(w, needed, rows + 1);
+    if (w->memory.is_short) {
         return false;
     }
     cut_segments(w);
@@ -242,13 +242,7 @@ bool ad_c_begin_pass(c_writer *w, const pass *p)
 
 void ad_c_end_pass(c_writer *w)
 {
-    free(w->end);
-    free(w->row);
-    free(w->dead);
-    free(w->holder);
-    free(w->kept);
-    free(w->needed);
-    free(w->again);
+    ad_memory_free(&w->memory);
     w->end = w->holder = w->again = NULL;
     w->row = NULL;
     w->kept = w->needed = w->dead = NULL;

@@ -1,6 +1,7 @@
 #include "physics/chain/reduced.h"
 
 #include "autodiff/dense.h"
+#include "autodiff/memory.h"
 #include "physics/chain/modes_internal.h"
 #include "physics/chain/modes_step.h"
 #include "physics/scene/scene_field.h"
@@ -45,7 +46,7 @@ struct reduced_rod {
     double *seen;        /* [count][KINEMATICS_SEEN] */
     double *look_room;
     double *change[2]; /* [memory_count + inputs][inputs] of inputs before and after a step */
-    double *memory;
+    ad_memory memory;
     int *pivots; /* [size] */
 };
 
@@ -150,39 +151,26 @@ static ad_status allocate(reduced_rod *rod, ad_error *error)
     const size_t square = (n + QUAD) * width, states = (size_t)reduced_states(rod);
     const size_t changes =
         rod->open.memory_count > 0 ? ((size_t)rod->open.memory_count + inputs) * inputs : 0;
-    double **const parts[] = {
-        &rod->unit,      &rod->q,         &rod->v,         &rod->a,    &rod->residual, &rod->start,
-        &rod->by_q,      &rod->by_v,      &rod->by,        &rod->mass, &rod->room,     &rod->seen,
-        &rod->look_room, &rod->change[0], &rod->change[1], &rod->d,    &rod->branch_by};
-    const size_t sizes[] = {states,
-                            n,
-                            n,
-                            n,
-                            n,
-                            3 * n,
-                            square,
-                            square,
-                            states * (states + 2 * inputs),
-                            square,
-                            collocation_derivative_room(rod->step),
-                            KINEMATICS_SEEN * (size_t)rod->count,
-                            kinematics_room(&rod->look),
-                            changes,
-                            changes,
-                            n,
-                            2 * inputs * n};
-    size_t all = 0;
-    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
-        all += sizes[i];
-    }
-    double *at = rod->memory = calloc(all, sizeof *at);
-    rod->pivots = calloc(n + 1, sizeof *rod->pivots);
-    if (!at || !rod->pivots) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a reduced rod");
-    }
-    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
-        *parts[i] = at;
-        at += sizes[i];
+    AD_TAKE(rod, unit, states);
+    AD_TAKE(rod, q, n);
+    AD_TAKE(rod, v, n);
+    AD_TAKE(rod, a, n);
+    AD_TAKE(rod, residual, n);
+    AD_TAKE(rod, start, 3 * n);
+    AD_TAKE(rod, by_q, square);
+    AD_TAKE(rod, by_v, square);
+    AD_TAKE(rod, by, states * (states + 2 * inputs));
+    AD_TAKE(rod, mass, square);
+    AD_TAKE(rod, room, collocation_derivative_room(rod->step));
+    AD_TAKE(rod, seen, KINEMATICS_SEEN * (size_t)rod->count);
+    AD_TAKE(rod, look_room, kinematics_room(&rod->look));
+    AD_TAKE(rod, change[0], changes);
+    AD_TAKE(rod, change[1], changes);
+    AD_TAKE(rod, d, n);
+    AD_TAKE(rod, branch_by, 2 * inputs * n);
+    AD_TAKE(rod, pivots, n);
+    if (rod->memory.is_short) {
+        return ad_memory_status(&rod->memory, error, "out of memory for a reduced rod");
     }
     for (size_t k = 0; k < n; k++) {
         const bool bends = m->mode[k].strain >= MODES_U && k >= (size_t)m->hinges;
@@ -227,8 +215,7 @@ void reduced_free(reduced_rod *rod)
         collocation_free(rod->step);
         modes_free(rod->m);
         solve_rod_free(rod->rod);
-        free(rod->pivots);
-        free(rod->memory);
+        ad_memory_free(&rod->memory);
         free(rod);
     }
 }

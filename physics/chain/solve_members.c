@@ -1,5 +1,6 @@
 #include "physics/chain/solve_members.h"
 
+#include "autodiff/memory.h"
 #include "physics/chain/strain_group.h"
 #include "physics/chain/strain_jacobian.h"
 #include "physics/chain/strain_margin.h"
@@ -28,6 +29,7 @@ struct solve_members {
     ad_pool *pool;
     strain_group **groups; /* [threads] */
     slope *slopes;         /* [threads]; NULL: not asked for yet */
+    ad_memory memory;
 };
 
 /* ---- what is known of a scene -------------------------------------------------------------- */
@@ -64,9 +66,9 @@ static ad_status keep(solve_members *members, int threads, ad_error *error)
         bytes += strlen(parameters[i].name) + 1;
     }
     members->names = malloc((count + 1) * sizeof *members->names + bytes);
-    members->values = malloc((count + 1) * sizeof *members->values);
-    members->groups = calloc((size_t)members->threads, sizeof *members->groups);
-    if (!members->names || !members->values || !members->groups) {
+    AD_TAKE(members, values, count + 1);
+    AD_TAKE(members, groups, (size_t)members->threads);
+    if (!members->names || members->memory.is_short) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for members");
     }
     char *text = (char *)(members->names + count + 1);
@@ -455,9 +457,8 @@ void solve_members_free(solve_members *members)
         }
         ad_pool_free(members->pool);
         free(members->s);
-        free(members->groups);
+        ad_memory_free(&members->memory);
         free(members->names);
-        free(members->values);
         free(members);
     }
 }

@@ -104,31 +104,20 @@ static void number_tensions(strain_form *form)
     form->unknowns += form->tension_count;
 }
 
-/* Zeros where no number of all lanes lies across two lines of the cache. */
-static void *make(size_t count, size_t size)
-{
-    void *room = NULL;
-    if (posix_memalign(&room, sizeof(lanes), (count + 1) * size) != 0) {
-        return NULL;
-    }
-    return memset(room, 0, (count + 1) * size);
-}
-
 /* Tendons whose tension is sought, and by which points their length is measured. */
 static bool add_tensions(strain_form *form)
 {
     const strain_kind *kind = &form->kind;
     const size_t count = (size_t)form->tension_count, nodes = (size_t)form->nodes;
     const size_t each = 6 * nodes + (size_t)form->unknowns;
-    form->tensions = make(count, sizeof *form->tensions);
+    AD_TAKE(form, tensions, count);
     const size_t border = count > 0 ? 2 * (size_t)form->unknowns : 0;
-    form->tension_room = make(count * (each + count) + border, sizeof *form->tension_room);
-    form->tension_shares = make(count * nodes, sizeof *form->tension_shares);
-    form->pulled = make(nodes, sizeof *form->pulled);
-    form->taut = make(LANES * count * count, sizeof *form->taut);
-    form->taut_pivots = make(LANES * count, sizeof *form->taut_pivots);
-    if (!form->tensions || !form->tension_room || !form->tension_shares || !form->pulled ||
-        !form->taut || !form->taut_pivots) {
+    AD_TAKE(form, tension_room, count * (each + count) + border);
+    AD_TAKE(form, tension_shares, count * nodes);
+    AD_TAKE(form, pulled, nodes);
+    AD_TAKE(form, taut, LANES * count * count);
+    AD_TAKE(form, taut_pivots, LANES * count);
+    if (form->memory.is_short) {
         return false;
     }
     form->shorter = form->tension_room + count * each;
@@ -162,11 +151,11 @@ static bool add_rubs(strain_form *form)
     enum { EACH = 4 + 6 + LAW_STIFFNESS + 3 + 3 };
     const strain_kind *kind = &form->kind;
     const size_t count = (size_t)form->rub_count, nodes = (size_t)form->nodes;
-    form->rubs = make(count, sizeof *form->rubs);
-    form->rub_room = make(count * nodes * EACH, sizeof *form->rub_room);
-    form->strained = make(count > 0 ? nodes : 0, sizeof *form->strained);
-    form->turned = make(count > 0 ? nodes : 0, sizeof *form->turned);
-    if (!form->rubs || !form->rub_room || !form->strained || !form->turned) {
+    AD_TAKE(form, rubs, count);
+    AD_TAKE(form, rub_room, count * nodes * EACH);
+    AD_TAKE(form, strained, count > 0 ? nodes : 0);
+    AD_TAKE(form, turned, count > 0 ? nodes : 0);
+    if (form->memory.is_short) {
         return false;
     }
     lanes *room = form->rub_room;
@@ -212,24 +201,23 @@ ad_status strain_form_create(const strain_kind *kind, strain_form **result, ad_e
     size_t numbers = form->is_full ? unknowns * unknowns : elements * each * each;
     const size_t held = (size_t)(form->holding + form->tension_count + 1) * (size_t)form->elastic;
     numbers = numbers > held ? numbers : held; /* a column of each (strain_answer.c) */
-    form->width = make(elements, sizeof *form->width);
-    form->points = make(nodes, sizeof *form->points);
-    form->actuators = make(nodes * (size_t)kind->actuators, sizeof *form->actuators);
-    form->at = make(nodes, sizeof *form->at);
-    form->edges = make(elements + 1, sizeof *form->edges);
-    form->along = make(nodes * numbers_along(kind), sizeof *form->along);
-    form->pushes = make(form->is_pushed ? nodes : 0, sizeof *form->pushes);
-    form->numbers = make(kind->jumps ? (size_t)kind->jumps->numbers : 0, sizeof *form->numbers);
-    form->places = make((size_t)places, sizeof *form->places);
-    form->matrix = make(kind->is_rigid ? 0 : numbers, sizeof *form->matrix);
-    form->coupled = make(kind->is_rigid ? 0 : 3 * unknowns, sizeof *form->coupled);
-    form->right = make(unknowns, sizeof *form->right);
-    form->swapped = make(unknowns, sizeof *form->swapped);
-    form->direction = make(unknowns, sizeof *form->direction);
-    form->columns = make(nodes + elements + 1, 15 * sizeof(lanes)); /* strain_matrix.c */
-    if (!form->width || !form->points || !form->actuators || !form->at || !form->edges ||
-        !form->along || !form->pushes || !form->numbers || !form->places || !form->matrix ||
-        !form->coupled || !form->right || !form->swapped || !form->direction || !form->columns) {
+    AD_TAKE(form, width, elements);
+    AD_TAKE(form, points, nodes);
+    AD_TAKE(form, actuators, nodes * (size_t)kind->actuators);
+    AD_TAKE(form, at, nodes);
+    AD_TAKE(form, edges, elements + 1);
+    AD_TAKE(form, along, nodes * numbers_along(kind));
+    AD_TAKE(form, pushes, form->is_pushed ? nodes : 0);
+    AD_TAKE(form, numbers, kind->jumps ? (size_t)kind->jumps->numbers : 0);
+    AD_TAKE(form, places, (size_t)places);
+    AD_TAKE(form, matrix, kind->is_rigid ? 0 : numbers);
+    AD_TAKE(form, coupled, kind->is_rigid ? 0 : 3 * unknowns);
+    AD_TAKE(form, right, unknowns);
+    AD_TAKE(form, swapped, unknowns);
+    AD_TAKE(form, direction, unknowns);
+    form->columns = ad_memory_take(&form->memory, nodes + elements + 1,
+                                   15 * sizeof(lanes)); /* strain_matrix.c */
+    if (form->memory.is_short) {
         strain_form_free(form);
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu nodes", nodes);
     }
@@ -328,31 +316,7 @@ lanes *strain_form_unknown(strain_form *form, int i)
 void strain_form_free(strain_form *form)
 {
     if (form) {
-        free(form->width);
-        free(form->points);
-        free(form->actuators);
-        free(form->at);
-        free(form->edges);
-        free(form->along);
-        free(form->pushes);
-        free(form->numbers);
-        free(form->places);
-        free(form->tensions);
-        free(form->tension_room);
-        free(form->tension_shares);
-        free(form->taut);
-        free(form->taut_pivots);
-        free(form->rubs);
-        free(form->rub_room);
-        free(form->strained);
-        free(form->turned);
-        free(form->pulled);
-        free(form->matrix);
-        free(form->coupled);
-        free(form->right);
-        free(form->swapped);
-        free(form->direction);
-        free(form->columns);
+        ad_memory_free(&form->memory);
         free(form);
     }
 }

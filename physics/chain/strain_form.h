@@ -22,6 +22,7 @@
 #ifndef PHYSICS_CHAIN_STRAIN_FORM_H
 #define PHYSICS_CHAIN_STRAIN_FORM_H
 
+#include "autodiff/memory.h"
 #include "physics/local/acting_lanes.h"
 #include "physics/local/static_rod.h"
 #include "physics/numerics/quaternion_lanes.h"
@@ -194,6 +195,7 @@ typedef struct strain_form {
     long long still[LANES]; /* -1: v stays as it is, of rods that have arrived; 0 */
     int negative[LANES];    /* pivots of the last elimination, rows that were swapped counted in */
     int (*swapped)[LANES];  /* [unknowns] with which row each was swapped in it */
+    ad_memory memory;
 } strain_form;
 
 /* AD_NO_MEMORY, AD_BAD_ARGUMENT: a law that depends on the velocity. Extents, laws and jumps must

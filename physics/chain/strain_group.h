@@ -3,6 +3,7 @@
 #ifndef PHYSICS_CHAIN_STRAIN_GROUP_H
 #define PHYSICS_CHAIN_STRAIN_GROUP_H
 
+#include "autodiff/memory.h"
 #include "physics/chain/solve_members.h"
 #include "physics/chain/strain_level.h"
 
@@ -30,6 +31,7 @@ typedef struct strain_group {
     double *outputs, *each, *growth; /* [LANES][outputs] s, over the length, parameters [count] for
                                       * each, and growth there */
     lanes *values;                   /* [outputs][SOLVE_MEMBERS_COLUMNS] */
+    ad_memory memory;
 } strain_group;
 
 /* Meshes between edges [elements + 1] within [0, 1], for shapes at s [outputs] there;

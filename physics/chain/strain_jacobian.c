@@ -15,21 +15,16 @@ enum { AGAIN = 2, SETTLED = 2 };
 void strain_jacobian_free(strain_jacobian *jacobian)
 {
     if (jacobian) {
-        for (int p = 0; p < STRAIN_PARTS; p++) {
-            free(jacobian->values[p]);
-        }
         strain_level_free(&jacobian->by);
         solve_rod_free(jacobian->changes);
-        free(jacobian->growth);
-        free(jacobian->room);
-        free(jacobian->memory);
+        ad_memory_free(&jacobian->memory);
         free(jacobian);
     }
 }
 
 /* ---- making -------------------------------------------------------------------------------- */
 
-static bool allocate_lanes(strain_jacobian *x)
+static void allocate_lanes(strain_jacobian *x)
 {
     const strain_form *form = level_of(x)->form, *fine = fine_of(x)->form;
     const size_t nodes = (size_t)form->nodes, edges = (size_t)form->kind.elements + 1;
@@ -37,61 +32,39 @@ static bool allocate_lanes(strain_jacobian *x)
     const size_t finer = (size_t)fine->nodes, outputs = (size_t)fine_of(x)->outputs;
     const size_t unknowns = (size_t)form->unknowns, tensions = (size_t)form->tension_count;
     const size_t finer_edges = (size_t)fine->kind.elements + 1;
-    const struct {
-        void *to;
-        size_t count;
-    } parts[] = {{&x->sources.points, nodes * sizeof(strain_source) / sizeof(lanes)},
-                 {&x->sources.edges, edges * 6},
-                 {&x->sources.places, places * 3},
-                 {&x->sources.lengths, tensions},
-                 {&x->sources.tangents, rubs * nodes * 3},
-                 {&x->sources.steps, (nodes + edges) * sizeof *x->sources.steps / sizeof(lanes)},
-                 {&x->softness, nodes * sizeof(softness) / sizeof(lanes)},
-                 {&x->sought, unknowns},
-                 {&x->left, nodes * 6},
-                 {&x->strains, nodes * 3},
-                 {&x->carried, nodes * 6},
-                 {&x->fine.u, finer * 3},
-                 {&x->fine.v, finer * 3},
-                 {&x->fine.turning, finer * 3},
-                 {&x->fine.slopes, finer * 3},
-                 {&x->fine.carried, finer * 6},
-                 {&x->fine.edges, finer_edges * 6},
-                 {&x->forces, 2 * outputs * SOLVE_MEMBERS_FORCES},
-                 {&x->turns, outputs * 3},
-                 {&x->columns, (size_t)x->group->count * outputs * STRAIN_DERIVED}};
-    enum { PARTS = sizeof parts / sizeof *parts };
-    size_t all = 0;
-    for (int i = 0; i < PARTS; i++) {
-        all += parts[i].count;
-    }
-    if (posix_memalign(&x->memory, sizeof(lanes), (all + 1) * sizeof(lanes)) != 0) {
-        x->memory = NULL;
-        return false;
-    }
-    lanes *room = memset(x->memory, 0, (all + 1) * sizeof(lanes));
-    for (int i = 0; i < PARTS; i++) {
-        memcpy(parts[i].to, &room, sizeof room);
-        room += parts[i].count;
-    }
-    return true;
+    AD_TAKE(x, sources.points, nodes);
+    AD_TAKE(x, sources.edges, edges);
+    AD_TAKE(x, sources.places, places);
+    AD_TAKE(x, sources.lengths, tensions);
+    AD_TAKE(x, sources.tangents, rubs * nodes);
+    AD_TAKE(x, sources.steps, nodes + edges);
+    AD_TAKE(x, softness, nodes);
+    AD_TAKE(x, sought, unknowns);
+    AD_TAKE(x, left, nodes * 6);
+    AD_TAKE(x, strains, nodes * 3);
+    AD_TAKE(x, carried, nodes);
+    AD_TAKE(x, fine.u, finer * 3);
+    AD_TAKE(x, fine.v, finer * 3);
+    AD_TAKE(x, fine.turning, finer * 3);
+    AD_TAKE(x, fine.slopes, finer * 3);
+    AD_TAKE(x, fine.carried, finer * 6);
+    AD_TAKE(x, fine.edges, finer_edges);
+    AD_TAKE(x, forces, 2 * outputs * SOLVE_MEMBERS_FORCES);
+    AD_TAKE(x, turns, outputs);
+    AD_TAKE(x, columns, (size_t)x->group->count * outputs * STRAIN_DERIVED);
 }
 
 static ad_status allocate(strain_jacobian *x, ad_error *error)
 {
     const size_t count = (size_t)x->group->count, outputs = (size_t)fine_of(x)->outputs;
     const size_t nodes = (size_t)level_of(x)->form->nodes;
-    bool good = allocate_lanes(x);
-    x->growth = calloc(LANES * outputs * count + 1, sizeof *x->growth);
-    x->room = malloc(LANES * nodes * (1 + SCENE_PARAMETERS_MAX) * sizeof *x->room);
-    for (int p = 0; p < STRAIN_PARTS && good; p++) {
-        const size_t size = strain_level_part_room(&x->by, x->changes, p);
-        x->values[p] = malloc((size + 1) * sizeof *x->values[p]);
-        good = x->values[p] != NULL;
+    allocate_lanes(x);
+    AD_TAKE(x, growth, LANES * outputs * count + 1);
+    AD_TAKE(x, room, LANES * nodes * (1 + SCENE_PARAMETERS_MAX));
+    for (int p = 0; p < STRAIN_PARTS; p++) {
+        AD_TAKE(x, values[p], strain_level_part_room(&x->by, x->changes, p));
     }
-    return good && x->growth && x->room
-               ? AD_OK
-               : ad_fail(error, AD_NO_MEMORY, "out of memory for derivatives of members");
+    return ad_memory_status(&x->memory, error, "out of memory for derivatives of members");
 }
 
 ad_status strain_jacobian_create(strain_group *group, solve_rod *changes, strain_jacobian **result,

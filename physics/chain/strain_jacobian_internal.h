@@ -2,6 +2,7 @@
 #ifndef PHYSICS_CHAIN_STRAIN_JACOBIAN_INTERNAL_H
 #define PHYSICS_CHAIN_STRAIN_JACOBIAN_INTERNAL_H
 
+#include "autodiff/memory.h"
 #include "physics/chain/solve_members.h"
 #include "physics/chain/strain_jacobian.h"
 
@@ -38,7 +39,7 @@ struct strain_jacobian {
     lanes (*turns)[3]; /* [outputs] world, of a parameter */
     lanes *columns; /* [count] of one parameter after the other, or of several in different lanes,
                      * [outputs][SOLVE_MEMBERS_COLUMNS] and then as forces */
-    void *memory;
+    ad_memory memory;
 };
 
 /* The mesh of the equations, and that of shapes. */

@@ -16,14 +16,13 @@ static size_t nodes_of(const strain_level *level)
 static bool allocate(strain_level *level, const solve_rod *rod)
 {
     const size_t nodes = nodes_of(level);
-    level->s = malloc(nodes * sizeof *level->s);
-    level->bent = calloc(nodes, sizeof *level->bent);
-    level->pulls = calloc(nodes * (size_t)rod->actuators + 1, sizeof *level->pulls);
-    level->along = calloc(nodes * (size_t)rod->along.numbers + 1, sizeof *level->along);
-    level->numbers = calloc((size_t)rod->jumps.numbers + 1, sizeof *level->numbers);
-    level->output = calloc((size_t)level->outputs + 1, sizeof *level->output);
-    return level->s && level->bent && level->pulls && level->along && level->numbers &&
-           level->output;
+    AD_TAKE(level, s, nodes);
+    AD_TAKE(level, bent, nodes);
+    AD_TAKE(level, pulls, nodes * (size_t)rod->actuators + 1);
+    AD_TAKE(level, along, nodes * (size_t)rod->along.numbers + 1);
+    AD_TAKE(level, numbers, (size_t)rod->jumps.numbers + 1);
+    AD_TAKE(level, output, (size_t)level->outputs + 1);
+    return !level->memory.is_short;
 }
 
 /* Outputs lie in the element that ends at s or goes on there. */
@@ -326,8 +325,8 @@ ad_status strain_level_create(const solve_rod *rod, int stages, int elements, co
 {
     strain_level *level = result;
     *level = (strain_level){.stages = stages, .elements = elements, .outputs = outputs};
-    level->edges = malloc(((size_t)elements + 1) * sizeof *level->edges);
-    if (!level->edges || !allocate(level, rod)) {
+    AD_TAKE(level, edges, (size_t)elements + 1);
+    if (level->memory.is_short || !allocate(level, rod)) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a mesh");
     }
     memcpy(level->edges, edges, ((size_t)elements + 1) * sizeof *edges);
@@ -347,13 +346,7 @@ ad_status strain_level_create(const solve_rod *rod, int stages, int elements, co
 
 void strain_level_free(strain_level *level)
 {
-    free(level->edges);
-    free(level->s);
-    free(level->bent);
-    free(level->pulls);
-    free(level->along);
-    free(level->numbers);
-    free(level->output);
+    ad_memory_free(&level->memory);
     strain_form_free(level->form);
     *level = (strain_level){.stages = 0};
 }

@@ -3,6 +3,7 @@
 #ifndef PHYSICS_CHAIN_STRAIN_LEVEL_H
 #define PHYSICS_CHAIN_STRAIN_LEVEL_H
 
+#include "autodiff/memory.h"
 #include "physics/chain/strain_form.h"
 #include "physics/local/rod_model.h"
 
@@ -30,6 +31,7 @@ typedef struct strain_level {
     lanes *along, *numbers; /* of laws along the rod and at places: those of the form */
     lanes bare_r[3], bare_q[4], full_r[3], full_q[4]; /* s = 1 of the unstressed rod; held */
     strain_output *output;                            /* [outputs] */
+    ad_memory memory;
 } strain_level;
 
 /* On `elements` elements between edges, of a rod with open names; s [outputs] within [0, 1].

@@ -154,20 +154,18 @@ ad_status strain_group_create(solve_rod *rod, int count, double tolerance, bool 
         unknowns = (size_t)fmax((double)unknowns, group->level[k].form->unknowns);
     }
     if (status == AD_OK) {
-        group->parameters = calloc(LANES * (size_t)count + 1, sizeof *group->parameters);
-        group->room = malloc(room * sizeof *group->room);
-        group->start = calloc(unknowns, sizeof *group->start);
-        group->before = calloc(unknowns, sizeof *group->before);
-        group->placed = calloc(3 * nodes + 3, sizeof *group->placed);
-        group->other = calloc(3 * nodes + 3, sizeof *group->other);
-        group->values = calloc((size_t)outputs * SOLVE_MEMBERS_COLUMNS + 1, sizeof *group->values);
+        AD_TAKE(group, parameters, LANES * (size_t)count + 1);
+        AD_TAKE(group, room, room);
+        AD_TAKE(group, start, unknowns);
+        AD_TAKE(group, before, unknowns);
+        AD_TAKE(group, placed, 3 * nodes + 3);
+        AD_TAKE(group, other, 3 * nodes + 3);
+        AD_TAKE(group, values, (size_t)outputs * SOLVE_MEMBERS_COLUMNS + 1);
         const size_t along = LANES * (size_t)outputs;
-        group->outputs = malloc((along + 1) * sizeof *group->outputs);
-        group->growth = malloc((along + 1) * sizeof *group->growth);
-        group->each = malloc((along * (size_t)count + 1) * sizeof *group->each);
-        if (!group->parameters || !group->room || !group->start || !group->before ||
-            !group->placed || !group->other || !group->values || !group->outputs ||
-            !group->growth || !group->each) {
+        AD_TAKE(group, outputs, along + 1);
+        AD_TAKE(group, growth, along + 1);
+        AD_TAKE(group, each, along * (size_t)count + 1);
+        if (group->memory.is_short) {
             status = ad_fail(error, AD_NO_MEMORY, "out of memory for members");
         }
         for (size_t i = 0; i < along && status == AD_OK; i++) {
@@ -224,16 +222,7 @@ void strain_group_free(strain_group *group)
             strain_level_free(&group->level[k]);
         }
         solve_rod_free(group->rod);
-        free(group->parameters);
-        free(group->room);
-        free(group->start);
-        free(group->before);
-        free(group->placed);
-        free(group->other);
-        free(group->values);
-        free(group->outputs);
-        free(group->growth);
-        free(group->each);
+        ad_memory_free(&group->memory);
         free(group);
     }
 }

@@ -1,6 +1,7 @@
 #include "physics/learn/evaluator_table.h"
 
 #include "autodiff/host.h"
+#include "autodiff/memory.h"
 #include "physics/learn/window_state.h"
 #include <float.h>
 #include <math.h>
@@ -513,14 +514,12 @@ typedef struct given {
     const double *(*lists)[DOMAIN_UNIFORMS_MAX];
     const double *const **uniforms;
     char names[2][32];
+    ad_memory memory;
 } given;
 
 static void given_clear(given *g)
 {
-    free(g->settings);
-    free(g->parameters);
-    free(g->lists);
-    free(g->uniforms);
+    ad_memory_free(&g->memory);
 }
 
 /* Fills in the options of one or two functions. */
@@ -528,11 +527,11 @@ static ad_status give(const evaluator *e, const char *name, given *g, ad_c_optio
                       ad_error *error)
 {
     size_t windows = (size_t)e->windows;
-    g->settings = malloc(windows * sizeof *g->settings);
-    g->parameters = malloc(windows * sizeof *g->parameters);
-    g->lists = malloc(windows * sizeof *g->lists);
-    g->uniforms = malloc(windows * sizeof *g->uniforms);
-    if (!g->settings || !g->parameters || !g->lists || !g->uniforms) {
+    AD_TAKE(g, settings, windows);
+    AD_TAKE(g, parameters, windows);
+    AD_TAKE(g, lists, windows);
+    AD_TAKE(g, uniforms, windows);
+    if (g->memory.is_short) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for C of a network");
     }
     for (int i = 0; i < e->windows; i++) {

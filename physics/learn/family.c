@@ -30,12 +30,12 @@ ad_status family_create(const scene *open, const groups_settings *settings, size
     if (status == AD_OK) {
         f->inputs = groups_count(f->groups);
         size_t rows = (size_t)f->rows, modes = (size_t)f->modes;
-        f->places = malloc(nodes * sizeof *f->places);
-        f->affine = calloc(rows * ((size_t)f->inputs + 1), sizeof *f->affine);
-        f->shapes = calloc(rows * modes, sizeof *f->shapes);
-        f->project = calloc(rows * modes, sizeof *f->project);
-        f->scale = calloc(modes, sizeof *f->scale);
-        if (!f->places || !f->affine || !f->shapes || !f->project || !f->scale) {
+        AD_TAKE(f, places, nodes);
+        AD_TAKE(f, affine, rows * ((size_t)f->inputs + 1));
+        AD_TAKE(f, shapes, rows * modes);
+        AD_TAKE(f, project, rows * modes);
+        AD_TAKE(f, scale, modes);
+        if (f->memory.is_short) {
             status = ad_fail(error, AD_NO_MEMORY, "out of memory for a family");
         }
     }
@@ -54,11 +54,7 @@ void family_free(family *f)
 {
     if (f) {
         groups_free(f->groups);
-        free(f->places);
-        free(f->affine);
-        free(f->shapes);
-        free(f->project);
-        free(f->scale);
+        ad_memory_free(&f->memory);
         free(f);
     }
 }

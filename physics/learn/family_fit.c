@@ -2,6 +2,7 @@
  * the rod. */
 #include "physics/learn/family_fit.h"
 
+#include "autodiff/memory.h"
 #include "physics/numerics/quaternion.h"
 
 #include <math.h>
@@ -27,6 +28,7 @@ typedef struct fit {
     double *spread; /* [rows][rows], mean of products of what the affine function leaves */
     double *basis;  /* [modes][rows] */
     double *work;   /* [rows][rows] */
+    ad_memory memory;
 } fit;
 
 /* ---- small dense matrices ------------------------------------------------------------------ */
@@ -383,15 +385,14 @@ static void make_modes(fit *fit)
 static bool make_room(fit *fit)
 {
     const size_t rows = (size_t)fit->f->rows;
-    fit->inputs = malloc((size_t)fit->f->inputs * fit->members * sizeof *fit->inputs);
-    fit->turn = malloc(9 * fit->members * sizeof *fit->turn);
-    fit->u = malloc(fit->members * rows * sizeof *fit->u);
-    fit->metric = calloc(rows * rows, sizeof *fit->metric);
-    fit->spread = calloc(rows * rows, sizeof *fit->spread);
-    fit->basis = malloc((size_t)fit->f->modes * rows * sizeof *fit->basis);
-    fit->work = malloc(rows * rows * sizeof *fit->work);
-    return fit->inputs && fit->turn && fit->u && fit->metric && fit->spread && fit->basis &&
-           fit->work;
+    AD_TAKE(fit, inputs, (size_t)fit->f->inputs * fit->members);
+    AD_TAKE(fit, turn, 9 * fit->members);
+    AD_TAKE(fit, u, fit->members * rows);
+    AD_TAKE(fit, metric, rows * rows);
+    AD_TAKE(fit, spread, rows * rows);
+    AD_TAKE(fit, basis, (size_t)fit->f->modes * rows);
+    AD_TAKE(fit, work, rows * rows);
+    return !fit->memory.is_short;
 }
 
 ad_status family_fit(family *f, ad_pool *pool, size_t members, const double *x,
@@ -420,12 +421,6 @@ ad_status family_fit(family *f, ad_pool *pool, size_t members, const double *x,
             status = ad_fail(error, AD_NOT_FINITE, "modes of a family: members are not finite");
         }
     }
-    free(at.inputs);
-    free(at.turn);
-    free(at.u);
-    free(at.metric);
-    free(at.spread);
-    free(at.basis);
-    free(at.work);
+    ad_memory_free(&at.memory);
     return status;
 }

@@ -2,6 +2,7 @@
 #ifndef PHYSICS_LEARN_FAMILY_FIT_H
 #define PHYSICS_LEARN_FAMILY_FIT_H
 
+#include "autodiff/memory.h"
 #include "physics/learn/family.h"
 
 struct family {
@@ -16,6 +17,7 @@ struct family {
     double *project;         /* [modes][rows] */
     double *scale;           /* [modes] */
     double spread, missed;
+    ad_memory memory;
 };
 
 /* Inputs of the network at coordinates x [parameters]. */

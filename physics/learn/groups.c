@@ -1,6 +1,7 @@
 /* Which of the numbers that the equations are given say which member it is. */
 #include "physics/learn/groups.h"
 
+#include "autodiff/memory.h"
 #include "nn/rng.h"
 #include "physics/learn/groups_internal.h"
 
@@ -94,6 +95,7 @@ typedef struct search {
     candidate *candidates;     /* [count] */
     int order[GROUP_ROWS_MAX]; /* [chosen] candidates */
     double *slopes; /* [parameters][chosen][DRAWS] of what is mapped, by a unit of the range */
+    ad_memory memory;
 } search;
 
 static double dot(const double *a, const double *b)
@@ -375,14 +377,12 @@ static ad_status allocate(search *search, ad_error *error)
         rows += (size_t)search->list.items[i].rows;
     }
     search->count = (int)rows;
-    search->values = malloc((rows + 1) * DRAWS * sizeof *search->values);
-    search->mapped = malloc((rows + 1) * DRAWS * sizeof *search->mapped);
-    search->left = malloc((rows + 1) * DRAWS * sizeof *search->left);
-    search->slopes = malloc((parameters * GROUP_ROWS_MAX + 1) * DRAWS * sizeof *search->slopes);
-    search->candidates = calloc(rows + 1, sizeof *search->candidates);
-    return search->values && search->mapped && search->left && search->slopes && search->candidates
-               ? AD_OK
-               : ad_fail(error, AD_NO_MEMORY, "out of memory for groups");
+    AD_TAKE(search, values, (rows + 1) * DRAWS);
+    AD_TAKE(search, mapped, (rows + 1) * DRAWS);
+    AD_TAKE(search, left, (rows + 1) * DRAWS);
+    AD_TAKE(search, slopes, (parameters * GROUP_ROWS_MAX + 1) * DRAWS);
+    AD_TAKE(search, candidates, rows + 1);
+    return ad_memory_status(&search->memory, error, "out of memory for groups");
 }
 
 /* Items, with the symmetry of the groups in them. */
@@ -404,11 +404,7 @@ static ad_status find_values(search *search, ad_error *error)
 static void clear(search *search)
 {
     free(search->list.items);
-    free(search->values);
-    free(search->mapped);
-    free(search->left);
-    free(search->slopes);
-    free(search->candidates);
+    ad_memory_free(&search->memory);
     search->list = (group_list){.count = 0};
     search->values = search->mapped = search->left = search->slopes = NULL;
     search->candidates = NULL;

@@ -32,23 +32,20 @@ static void number_patches(patch_grid *grid)
 bool patch_grid_create(patch_grid *grid, int dims, int outputs, const int *cells,
                        double *const *edges, const int *degree)
 {
-    bool has_memory = true;
     *grid = (patch_grid){.dims = dims, .outputs = outputs, .functions = 1};
     for (int d = 0; d < dims; d++) {
         const size_t size = ((size_t)cells[d] + 1) * sizeof **grid->edge;
         grid->cells[d] = cells[d];
         grid->degree[d] = degree[d];
         grid->functions *= degree[d] + 1;
-        grid->edge[d] = malloc(size);
-        has_memory = has_memory && grid->edge[d];
-        if (grid->edge[d]) {
+        if (AD_TAKE(grid, edge[d], cells[d] + 1)) {
             memcpy(grid->edge[d], edges[d], size);
         }
     }
     number_patches(grid);
-    grid->c = calloc((size_t)grid->patches * patch_grid_size(grid), sizeof *grid->c);
-    grid->missed = calloc((size_t)grid->patches, sizeof *grid->missed);
-    if (!has_memory || !grid->c || !grid->missed) {
+    AD_TAKE(grid, c, (size_t)grid->patches * patch_grid_size(grid));
+    AD_TAKE(grid, missed, grid->patches);
+    if (grid->memory.is_short) {
         patch_grid_clear(grid);
         return false;
     }
@@ -57,11 +54,7 @@ bool patch_grid_create(patch_grid *grid, int dims, int outputs, const int *cells
 
 void patch_grid_clear(patch_grid *grid)
 {
-    for (int d = 0; d < PATCH_DIMS; d++) {
-        free(grid->edge[d]);
-    }
-    free(grid->c);
-    free(grid->missed);
+    ad_memory_free(&grid->memory);
     free(grid->slopes);
     *grid = (patch_grid){.dims = 0};
 }
@@ -150,11 +143,7 @@ int patch_degree(const patch_grid *grid, int function, int coordinate)
 
 void patch_table_clear(patch_table *table)
 {
-    for (int i = 0; i < PATCH_JETS; i++) {
-        free(table->phi[i]);
-    }
-    free(table->local);
-    free(table->weight);
+    ad_memory_free(&table->memory);
     *table = (patch_table){.points = 0};
 }
 
@@ -163,17 +152,15 @@ bool patch_table_at(patch_table *table, const patch_grid *grid, const patch_jets
 {
     const size_t n = (size_t)points;
     double line[PATCH_DIMS][PATCH_DEGREE + 1];
-    *table = (patch_table){.points = points,
-                           .local = malloc((size_t)grid->dims * n * sizeof *table->local + 1),
-                           .weight = malloc(n * sizeof *table->weight + 1)};
-    bool has_memory = table->local && table->weight;
-    for (int i = 0; i < jets->count && has_memory; i++) {
+    *table = (patch_table){.points = points};
+    AD_TAKE(table, local, (size_t)grid->dims * n);
+    AD_TAKE(table, weight, n);
+    for (int i = 0; i < jets->count; i++) {
         if (wanted[i]) {
-            table->phi[i] = malloc((size_t)grid->functions * n * sizeof *table->phi[i] + 1);
-            has_memory = table->phi[i] != NULL;
+            AD_TAKE(table, phi[i], (size_t)grid->functions * n);
         }
     }
-    if (!has_memory) {
+    if (table->memory.is_short) {
         patch_table_clear(table);
         return false;
     }

@@ -2,6 +2,7 @@
 #ifndef PHYSICS_LEARN_PATCHES_INTERNAL_H
 #define PHYSICS_LEARN_PATCHES_INTERNAL_H
 
+#include "autodiff/memory.h"
 #include "physics/learn/patches.h"
 #include "physics/numerics/clock.h"
 
@@ -65,6 +66,7 @@ typedef struct patch_grid {
     double *c;              /* [patches][outputs][functions] */
     double *missed;         /* [patches], by equations that are not met there: patches_rows.h */
     double *slopes;         /* of them by the unknowns [unknowns][..]; NULL: none */
+    ad_memory memory;
 } patch_grid;
 
 /* edges are copied; c is 0. False: no memory. */
@@ -120,6 +122,7 @@ typedef struct patch_table {
     double *local;           /* [dims][points], from -1 to 1 */
     double *weight;          /* [points], their sum is 1 */
     double *phi[PATCH_JETS]; /* [functions][points]; NULL: not wanted */
+    ad_memory memory;
 } patch_table;
 
 /* Gauss' points along the coordinates whose end is 0, else at -1 or 1. */

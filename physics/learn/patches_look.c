@@ -6,6 +6,7 @@
  * Lines are spread over the other coordinates, and go through the places where samples of the
  * whole domain are furthest from their mean. So sources, coefficients and starts that are narrower
  * than the first patches are seen, unless all samples miss them. */
+#include "autodiff/memory.h"
 #include "physics/learn/patches_internal.h"
 
 #include <math.h>
@@ -35,6 +36,7 @@ typedef struct look {
     const double **inputs;
     double **outputs; /* [results]; NULL: the same everywhere */
     int results;
+    ad_memory memory;
 } look;
 
 static double range_of(const look *l)
@@ -284,12 +286,12 @@ static bool look_open(look *l)
     const size_t constants = 2 + (size_t)p->unknowns;
     const size_t jets = (size_t)p->outputs * (size_t)p->jets.count;
     l->results = l->law->rows + l->law->entry_count;
-    l->x = malloc((size_t)p->dims * SAMPLES * sizeof *l->x);
-    l->constants = malloc(constants * SAMPLES * sizeof *l->constants);
-    l->values = malloc((size_t)l->results * SAMPLES * sizeof *l->values);
-    l->inputs = malloc(patch_inputs(p, l->law) * sizeof *l->inputs);
-    l->outputs = malloc((size_t)l->results * sizeof *l->outputs);
-    if (!l->x || !l->constants || !l->values || !l->inputs || !l->outputs) {
+    AD_TAKE(l, x, (size_t)p->dims * SAMPLES);
+    AD_TAKE(l, constants, constants * SAMPLES);
+    AD_TAKE(l, values, (size_t)l->results * SAMPLES);
+    AD_TAKE(l, inputs, patch_inputs(p, l->law));
+    AD_TAKE(l, outputs, (size_t)l->results);
+    if (l->memory.is_short) {
         return false;
     }
     for (int d = 0; d < p->dims; d++) {
@@ -314,11 +316,7 @@ static bool look_open(look *l)
 
 static void look_close(look *l)
 {
-    free(l->x);
-    free(l->constants);
-    free(l->values);
-    free(l->inputs);
-    free(l->outputs);
+    ad_memory_free(&l->memory);
 }
 
 bool patch_look(const patch_problem *p, patch_panels *panels)

@@ -3,6 +3,7 @@
 #ifndef PHYSICS_LEARN_PATCHES_ROWS_H
 #define PHYSICS_LEARN_PATCHES_ROWS_H
 
+#include "autodiff/memory.h"
 #include "physics/learn/patches_internal.h"
 
 /* A law in the patches where it counts. */
@@ -18,6 +19,7 @@ typedef struct patch_rows {
     const double **inputs;
     double **outputs;
     double *factor; /* [rows], of residuals; 0 until they are known */
+    ad_memory memory;
 } patch_rows;
 
 /* Where two patches meet: the high end of `a` along d is the low end of `b`. */
@@ -36,6 +38,7 @@ typedef struct patch_window {
     double *before; /* [1 + unknowns][rows of it][points], with slopes */
     int joint_count;
     patch_joint *joints;
+    ad_memory memory;
 } patch_window;
 
 /* `before` as for patch_solve. Errors of sources of data; AD_NO_MEMORY; AD_BAD_ARGUMENT: a set that

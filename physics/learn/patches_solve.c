@@ -33,6 +33,7 @@ typedef struct front {
     size_t height;  /* of a patch's own rows at most */
     double **room;  /* [threads] */
     double *step;   /* [1 + unknowns][patches][size]: the step, and by how much fields change */
+    ad_memory memory;
 } front;
 
 /* The block of the patch of a step; blocks of pinned ones, unknowns, the residual; then blocks of
@@ -45,26 +46,6 @@ static size_t columns_of(const front *f)
 static size_t own_columns(const front *f)
 {
     return f->size + (size_t)f->w->p->unknowns + 1;
-}
-
-static void front_clear(front *f)
-{
-    const int threads = ad_pool_threads(f->w->p->settings->pool);
-    for (int k = 0; k < f->w->grid->patches && f->own; k++) {
-        free(f->own[k]);
-    }
-    for (int i = 0; i < threads && f->room; i++) {
-        free(f->room[i]);
-    }
-    free(f->first);
-    free(f->joints);
-    free(f->own);
-    free(f->own_rows);
-    free(f->a);
-    free(f->r);
-    free(f->last);
-    free(f->room);
-    free(f->step);
 }
 
 /* ---- the order ------------------------------------------------------------------------------- */
@@ -122,7 +103,7 @@ static void order_joints(front *f)
     f->first[f->steps + 1] = next;
 }
 
-static bool make_room(front *f)
+static void make_room(front *f)
 {
     const patch_window *w = f->w;
     const size_t patches = (size_t)w->grid->patches, steps = (size_t)f->steps;
@@ -142,42 +123,34 @@ static bool make_room(front *f)
     }
     f->height = f->height > own ? f->height : own;
     f->tall = columns + joined + own;
-    f->a = malloc(columns * f->tall * sizeof *f->a);
-    f->r = malloc((steps * columns * f->size + 1) * sizeof *f->r);
-    f->last = malloc(f->globals * f->globals * sizeof *f->last);
-    f->step = malloc((size_t)(1 + w->p->unknowns) * patches * f->size * sizeof *f->step);
-    bool has_memory = f->a && f->r && f->last && f->step && f->own && f->own_rows && f->room;
-    for (size_t k = 0; k < patches && has_memory; k++) {
-        f->own[k] = malloc(own * own * sizeof **f->own);
-        has_memory = f->own[k] != NULL;
+    AD_TAKE(f, a, columns * f->tall);
+    AD_TAKE(f, r, steps * columns * f->size);
+    AD_TAKE(f, last, f->globals * f->globals);
+    AD_TAKE(f, step, (size_t)(1 + w->p->unknowns) * patches * f->size);
+    for (size_t k = 0; k < patches; k++) {
+        AD_TAKE(f, own[k], own * own);
     }
-    for (int i = 0; i < threads && has_memory; i++) {
-        f->room[i] = malloc((own * f->height + AD_DENSE_TRIANGLE_WORK(columns)) * sizeof **f->room);
-        has_memory = f->room[i] != NULL;
+    for (int i = 0; i < threads; i++) {
+        AD_TAKE(f, room[i], own * f->height + AD_DENSE_TRIANGLE_WORK(columns));
     }
-    return has_memory;
 }
 
 static ad_status front_create(front *f, patch_window *w, ad_error *error)
 {
     const size_t patches = (size_t)w->grid->patches;
-    *f = (front){.w = w,
-                 .size = patch_grid_size(w->grid),
-                 .first = malloc((patches + 2) * sizeof *f->first),
-                 .joints = malloc(((size_t)w->joint_count + 1) * sizeof *f->joints),
-                 .own = calloc(patches, sizeof *f->own),
-                 .own_rows = calloc(patches, sizeof *f->own_rows),
-                 .room = calloc((size_t)ad_pool_threads(w->p->settings->pool), sizeof *f->room)};
-    if (f->first && f->joints) {
+    *f = (front){.w = w, .size = patch_grid_size(w->grid)};
+    AD_TAKE(f, first, patches + 2);
+    AD_TAKE(f, joints, w->joint_count);
+    AD_TAKE(f, own, patches);
+    AD_TAKE(f, own_rows, patches);
+    AD_TAKE(f, room, ad_pool_threads(w->p->settings->pool));
+    if (!f->memory.is_short) {
         pin_patches(f);
         order_joints(f);
-        if (make_room(f)) {
-            return AD_OK;
-        }
+        make_room(f);
     }
-    front_clear(f);
-    return ad_fail(error, AD_NO_MEMORY, "out of memory for the least squares of %d patches",
-                   w->grid->patches);
+    return ad_memory_status(&f->memory, error, "out of memory for the least squares of %d patches",
+                            w->grid->patches);
 }
 
 /* ---- elimination ----------------------------------------------------------------------------- */
@@ -507,19 +480,6 @@ static ad_status keep_slopes(front *f, patch_outcome *outcome, ad_error *error)
     return AD_OK;
 }
 
-static ad_status open_window(patch_window *w, front *f, patch_problem *p, patch_grid *grid,
-                             patch_phase phase, const patch_grid *before, ad_error *error)
-{
-    ad_status status = patch_window_create(w, p, grid, phase, before, error);
-    if (status == AD_OK) {
-        status = front_create(f, w, error);
-        if (status != AD_OK) {
-            patch_window_clear(w);
-        }
-    }
-    return status;
-}
-
 ad_status patch_solve(patch_problem *p, patch_grid *grid, patch_phase phase,
                       const patch_grid *before, int steps, double enough, patch_outcome *outcome,
                       ad_error *error)
@@ -527,18 +487,20 @@ ad_status patch_solve(patch_problem *p, patch_grid *grid, patch_phase phase,
     patch_window w;
     front f;
     *outcome = (patch_outcome){.left = INFINITY};
-    ad_status status = open_window(&w, &f, p, grid, phase, before, error);
-    if (status == AD_OK) {
-        status = settle(&f, steps, enough, outcome, error);
-        if (status == AD_OK && p->unknowns > 0) {
-            status = keep_slopes(&f, outcome, error);
-        }
-        if (status == AD_OK) {
-            outcome->rounding = rounding_of(&f, f.step);
-            patch_window_missed(&w);
-        }
-        front_clear(&f);
-        patch_window_clear(&w);
+    ad_status status = patch_window_create(&w, p, grid, phase, before, error);
+    if (status != AD_OK) {
+        return status;
     }
+    status = front_create(&f, &w, error);
+    status = status == AD_OK ? settle(&f, steps, enough, outcome, error) : status;
+    if (status == AD_OK && p->unknowns > 0) {
+        status = keep_slopes(&f, outcome, error);
+    }
+    if (status == AD_OK) {
+        outcome->rounding = rounding_of(&f, f.step);
+        patch_window_missed(&w);
+    }
+    ad_memory_free(&f.memory);
+    patch_window_clear(&w);
     return status;
 }

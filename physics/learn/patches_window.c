@@ -54,17 +54,17 @@ static void wants_of(const patch_problem *p, const patch_law *law, bool *wanted)
 
 static bool rows_list(patch_rows *rows, int patches)
 {
-    rows->patch = malloc((size_t)patches * sizeof *rows->patch);
-    rows->first = calloc((size_t)patches + 1, sizeof *rows->first);
-    rows->table = calloc((size_t)patches, sizeof *rows->table);
-    return rows->patch && rows->first && rows->table;
+    AD_TAKE(rows, patch, (size_t)patches);
+    AD_TAKE(rows, first, (size_t)patches + 1);
+    AD_TAKE(rows, table, (size_t)patches);
+    return !rows->memory.is_short;
 }
 
 static bool place_points(patch_window *w, patch_rows *rows)
 {
     const patch_grid *grid = w->grid;
     const size_t all = rows->first[rows->patches];
-    rows->x = malloc((size_t)grid->dims * all * sizeof *rows->x + 1);
+    AD_TAKE(rows, x, (size_t)grid->dims * all);
     for (int k = 0; k < rows->patches && rows->x; k++) {
         const patch_table *table = patch_rows_table(rows, k);
         const size_t points = (size_t)table->points;
@@ -205,12 +205,11 @@ static ad_status connect(patch_window *w, patch_rows *rows, const double *data, 
     for (size_t i = 0; i < all; i++) {
         used += law->uses[i];
     }
-    rows->numbers = calloc((used + (size_t)p->unknowns + data_rows + results) * points + 1,
-                           sizeof *rows->numbers);
-    rows->inputs = malloc(patch_inputs(p, law) * sizeof *rows->inputs);
-    rows->outputs = malloc(results * sizeof *rows->outputs);
-    rows->factor = calloc((size_t)law->rows, sizeof *rows->factor);
-    if (!rows->numbers || !rows->inputs || !rows->outputs || !rows->factor) {
+    AD_TAKE(rows, numbers, (used + (size_t)p->unknowns + data_rows + results) * points + 1);
+    AD_TAKE(rows, inputs, patch_inputs(p, law));
+    AD_TAKE(rows, outputs, results);
+    AD_TAKE(rows, factor, (size_t)law->rows);
+    if (rows->memory.is_short) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for residuals");
     }
     for (int d = 0; d < p->dims; d++) {
@@ -241,7 +240,7 @@ static bool make_joints(patch_window *w)
 {
     const patch_grid *grid = w->grid;
     const domain *domain = &w->p->model->domain;
-    w->joints = malloc((size_t)grid->patches * PATCH_DIMS * sizeof *w->joints);
+    AD_TAKE(w, joints, (size_t)grid->patches * PATCH_DIMS);
     /* the start may jump from patch to patch */
     for (int k = 0; k < grid->patches && w->joints && w->phase != PATCH_START; k++) {
         for (int d = 0; d < grid->dims; d++) {
@@ -309,7 +308,7 @@ static void fill_before(const patch_window *w, const patch_grid *before, const d
 static bool make_before(patch_window *w, const patch_grid *before)
 {
     const size_t all = patch_before_size(w), unknowns = (size_t)w->p->unknowns;
-    w->before = malloc((1 + unknowns) * all * sizeof *w->before + 1);
+    AD_TAKE(w, before, (1 + unknowns) * all);
     if (w->before) {
         fill_before(w, before, before->c, w->before);
     }
@@ -363,21 +362,13 @@ void patch_window_clear(patch_window *w)
         for (int k = 0; k < w->grid->patches && rows->table; k++) {
             patch_table_clear(&rows->table[k]);
         }
-        free(rows->patch);
-        free(rows->first);
-        free(rows->table);
-        free(rows->x);
-        free(rows->numbers);
-        free(rows->inputs);
-        free(rows->outputs);
-        free(rows->factor);
+        ad_memory_free(&rows->memory);
     }
     for (int d = 0; d < PATCH_DIMS; d++) {
         patch_table_clear(&w->low[d]);
         patch_table_clear(&w->high[d]);
     }
     patch_table_clear(&w->start);
-    free(w->before);
-    free(w->joints);
+    ad_memory_free(&w->memory);
     *w = (patch_window){.law_count = 0};
 }

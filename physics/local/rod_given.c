@@ -10,15 +10,13 @@ ad_status solve_rod_points_make(const solve_rod *rod, size_t n, const double *s,
                                 solve_rod_points *points, ad_error *error)
 {
     const size_t numbers = (size_t)rod->along.numbers, pulling = (size_t)rod->actuators;
-    *points =
-        (solve_rod_points){.sections = malloc(n * sizeof *points->sections),
-                           .rest = malloc(n * sizeof *points->rest),
-                           .along = malloc((n * numbers + 1) * sizeof *points->along),
-                           .actuators = malloc((n * pulling + 1) * sizeof *points->actuators)};
-    if (!points->sections || !points->rest || !points->along || !points->actuators) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", n);
-    }
-    ad_status status = solve_rod_sections(rod, n, s, points->sections, error);
+    *points = (solve_rod_points){.sections = NULL};
+    AD_TAKE(points, sections, n);
+    AD_TAKE(points, rest, n);
+    AD_TAKE(points, along, n * numbers);
+    AD_TAKE(points, actuators, n * pulling);
+    ad_status status = ad_memory_status(&points->memory, error, "out of memory for %zu points", n);
+    status = status == AD_OK ? solve_rod_sections(rod, n, s, points->sections, error) : status;
     status = status == AD_OK ? solve_rod_rest(rod, n, s, 0, points->rest, error) : status;
     status = status == AD_OK ? solve_rod_along(rod, n, s, 0, points->along, error) : status;
     return status == AD_OK && pulling > 0
@@ -28,10 +26,7 @@ ad_status solve_rod_points_make(const solve_rod *rod, size_t n, const double *s,
 
 void solve_rod_points_clear(solve_rod_points *points)
 {
-    free(points->sections);
-    free(points->rest);
-    free(points->along);
-    free(points->actuators);
+    ad_memory_free(&points->memory);
 }
 
 /* A path of equilibria that ends there would be the wrong answer. */

@@ -11,6 +11,7 @@
 #ifndef PHYSICS_LOCAL_ROD_MODEL_H
 #define PHYSICS_LOCAL_ROD_MODEL_H
 
+#include "autodiff/memory.h"
 #include "physics/learn/model.h"
 #include "physics/local/jump.h"
 #include "physics/local/method.h"
@@ -209,6 +210,7 @@ typedef struct solve_rod_points {
     solve_rest *rest;
     double *along;             /* [points][numbers of what acts along the rod] */
     solve_actuator *actuators; /* [points][those of the rod], at full load */
+    ad_memory memory;
 } solve_rod_points;
 
 ad_status solve_rod_points_make(const solve_rod *rod, size_t n, const double *s,

@@ -1,5 +1,6 @@
 #include "physics/solve/balance.h"
 
+#include "autodiff/memory.h"
 #include "physics/numerics/quaternion.h"
 
 #include <math.h>
@@ -36,14 +37,12 @@ typedef struct samples {
     double *weight; /* [panels] of the integral along the rod */
     double *values; /* [columns][count], dimensionless */
     double *work;   /* [count]: s in m */
+    ad_memory memory;
 } samples;
 
 static void samples_free(samples *samples)
 {
-    free(samples->s);
-    free(samples->weight);
-    free(samples->values);
-    free(samples->work);
+    ad_memory_free(&samples->memory);
 }
 
 /* Every panel in so many parts. */
@@ -53,11 +52,11 @@ static ad_status sample(const asked *of, int parts, samples *samples, ad_error *
     samples->panels = (size_t)of->along->count * (size_t)parts * QUADRATURE_POINTS;
     samples->places = of->place_count;
     samples->count = samples->panels + samples->places + 2;
-    samples->s = malloc(samples->count * sizeof *samples->s);
-    samples->weight = malloc((samples->panels + 1) * sizeof *samples->weight);
-    samples->work = malloc(samples->count * sizeof *samples->work);
-    samples->values = malloc(samples->count * columns * sizeof *samples->values);
-    if (!samples->s || !samples->weight || !samples->work || !samples->values) {
+    AD_TAKE(samples, s, samples->count);
+    AD_TAKE(samples, weight, samples->panels + 1);
+    AD_TAKE(samples, work, samples->count);
+    AD_TAKE(samples, values, samples->count * columns);
+    if (samples->memory.is_short) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", samples->count);
     }
     for (int i = 0; i < of->along->count * parts; i++) {

@@ -1,6 +1,7 @@
 #include "physics/solve/beam_motion.h"
 
 #include "autodiff/dense.h"
+#include "autodiff/memory.h"
 #include "physics/numerics/gauss.h"
 
 #include <math.h>
@@ -39,6 +40,7 @@ typedef struct beam_motion {
     double *change, *y;   /* [rows], [places][BEAM_ROWS] */
     beam_load *line;      /* [nodes] */
     beam_load jumps[BEAM_JUMPS_MAX];
+    ad_memory memory;
 } beam_motion;
 
 /* ---- matrices -------------------------------------------------------------------------------- */
@@ -245,26 +247,18 @@ static void observe(beam_motion *m, double at, double *fields)
 
 /* ---- making and freeing ---------------------------------------------------------------------- */
 
-static void release(beam_motion *m)
-{
-    free(m->row);
-    free(m->response);
-    free(m->pivots);
-    free(m->line);
-}
-
 static ad_status allocate(beam_motion *m, ad_error *error)
 {
     size_t stacked = STAGES * m->rows, places = beam_system_places(m->system);
     size_t response = m->columns * m->rows, loads = (STAGES + 1) * m->columns;
     size_t numbers =
         response + stacked * stacked + 3 * m->rows + 3 * stacked + loads + places * BEAM_ROWS;
-    m->response = calloc(numbers, sizeof(double));
-    m->pivots = malloc(stacked * sizeof *m->pivots);
-    m->line = malloc(m->nodes * sizeof *m->line);
-    m->row = malloc(m->rows * sizeof *m->row);
-    if (!m->row || !m->response || !m->pivots || !m->line) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu nodes", m->nodes);
+    AD_TAKE(m, response, numbers);
+    AD_TAKE(m, pivots, stacked);
+    AD_TAKE(m, line, m->nodes);
+    AD_TAKE(m, row, m->rows);
+    if (m->memory.is_short) {
+        return ad_memory_status(&m->memory, error, "out of memory for %zu nodes", m->nodes);
     }
     m->matrix = m->response + response;
     m->x = m->matrix + stacked * stacked;
@@ -383,6 +377,6 @@ ad_status beam_motion_solve(const solve_beam *beam, beam_system *system, long *s
         taken += here;
     }
     *steps = taken;
-    release(&m);
+    ad_memory_free(&m.memory);
     return status;
 }

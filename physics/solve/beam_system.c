@@ -84,9 +84,7 @@ void beam_system_free(beam_system *system)
 {
     if (system) {
         solve_elements_clear(&system->mesh);
-        free(system->jump);
-        free(system->sections);
-        free(system->right);
+        ad_memory_free(&system->memory);
         free(system);
     }
 }
@@ -98,10 +96,10 @@ static ad_status allocate(beam_system *system, const solve_beam *beam, ad_error 
     int next = 0;
     system->jump_count = beam->jump_count;
     memcpy(system->jumps, beam->jumps, sizeof system->jumps);
-    system->jump = malloc(edges * sizeof *system->jump);
-    system->sections = malloc(beam_system_nodes(system) * sizeof *system->sections);
-    system->right = malloc(2 * unknowns * sizeof *system->right);
-    if (!system->jump || !system->sections || !system->right) {
+    AD_TAKE(system, jump, edges);
+    AD_TAKE(system, sections, beam_system_nodes(system));
+    AD_TAKE(system, right, 2 * unknowns);
+    if (system->memory.is_short) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu nodes",
                        beam_system_nodes(system));
     }

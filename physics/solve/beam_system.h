@@ -10,6 +10,7 @@
 #ifndef PHYSICS_SOLVE_BEAM_SYSTEM_H
 #define PHYSICS_SOLVE_BEAM_SYSTEM_H
 
+#include "autodiff/memory.h"
 #include "physics/solve/beam_model.h"
 #include "physics/solve/elements.h"
 
@@ -25,6 +26,7 @@ typedef struct beam_system {
     int *jump;              /* [elements + 1] index of that at an edge; -1: none */
     beam_section *sections; /* [nodes], with the stiffening */
     double *right, *step;   /* [unknowns] */
+    ad_memory memory;
 } beam_system;
 
 /* Elements of so many points between edges [elements + 1] from 0 to 1, each place of beam->jumps

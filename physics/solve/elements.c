@@ -7,21 +7,10 @@
 
 void solve_elements_clear(solve_elements *mesh)
 {
-    free(mesh->edges);
-    free(mesh->points);
-    free(mesh->by_y);
-    free(mesh->across);
-    free(mesh->factor);
-    free(mesh->pivots);
-    free(mesh->by_start);
-    free(mesh->inner);
-    free(mesh->part);
-    free(mesh->packed);
+    ad_memory_free(&mesh->memory);
     if (mesh->band) {
         SUNDlsMat_destroyMat(mesh->band);
     }
-    free(mesh->band_pivots);
-    free(mesh->right);
 }
 
 ad_status solve_elements_make(int rows, int start_rows, int stages, int count, const double *edges,
@@ -37,22 +26,20 @@ ad_status solve_elements_make(int rows, int start_rows, int stages, int count, c
                              .above = 3 * rows - 2}; /* 2 rows - 1 - start_rows without pivoting */
     const size_t elements = (size_t)count, points = elements * (size_t)stages;
     const size_t inner = elements_inner(mesh), outer = (elements + 1) * (size_t)rows;
-    mesh->edges = malloc((elements + 1) * sizeof *mesh->edges);
-    mesh->points = malloc(points * sizeof *mesh->points);
-    mesh->by_y = malloc(points * sizeof *mesh->by_y);
-    mesh->across = malloc(elements * sizeof *mesh->across);
-    mesh->factor = malloc(elements * inner * inner * sizeof *mesh->factor);
-    mesh->pivots = malloc(elements * inner * sizeof *mesh->pivots);
-    mesh->by_start = malloc(elements * inner * (size_t)rows * sizeof *mesh->by_start);
-    mesh->inner = malloc(elements * inner * sizeof *mesh->inner);
-    mesh->part = malloc(elements * (size_t)rows * sizeof *mesh->part);
-    mesh->packed = malloc(inner * (size_t)rows * sizeof *mesh->packed);
+    AD_TAKE(mesh, edges, elements + 1);
+    AD_TAKE(mesh, points, points);
+    AD_TAKE(mesh, by_y, points);
+    AD_TAKE(mesh, across, elements);
+    AD_TAKE(mesh, factor, elements * inner * inner);
+    AD_TAKE(mesh, pivots, elements * inner);
+    AD_TAKE(mesh, by_start, elements * inner * (size_t)rows);
+    AD_TAKE(mesh, inner, elements * inner);
+    AD_TAKE(mesh, part, elements * (size_t)rows);
+    AD_TAKE(mesh, packed, inner * (size_t)rows);
     mesh->band = SUNDlsMat_newBandMat((sunindextype)outer, mesh->above, mesh->lower);
-    mesh->band_pivots = malloc(outer * sizeof *mesh->band_pivots);
-    mesh->right = malloc(outer * sizeof *mesh->right);
-    if (!mesh->edges || !mesh->points || !mesh->by_y || !mesh->across || !mesh->factor ||
-        !mesh->pivots || !mesh->by_start || !mesh->inner || !mesh->part || !mesh->packed ||
-        !mesh->band || !mesh->band_pivots || !mesh->right) {
+    AD_TAKE(mesh, band_pivots, outer);
+    AD_TAKE(mesh, right, outer);
+    if (!mesh->band || mesh->memory.is_short) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu nodes", points);
     }
     memcpy(mesh->edges, edges, (elements + 1) * sizeof *edges);

@@ -14,6 +14,7 @@
 #define PHYSICS_SOLVE_ELEMENTS_H
 
 #include "autodiff/error.h"
+#include "autodiff/memory.h"
 #include "physics/numerics/gauss.h"
 
 #include <stddef.h>
@@ -46,6 +47,7 @@ typedef struct solve_elements {
     realtype **band;  /* of y at the edges */
     sunindextype *band_pivots;
     double *right; /* [count + 1][rows] */
+    ad_memory memory;
 } solve_elements;
 
 /* From zeros, with edges [count + 1] from 0 to 1. AD_NO_MEMORY, AD_NO_BLAS; to be cleared also

@@ -17,14 +17,10 @@ void solve_trials_free(solve_trials *trials)
         solve_trials_forget(trials);
         free(trials->place);
         ad_pool_free(trials->pool);
-        free(trials->row);
-        free(trials->known);
-        free(trials->views);
-        trial_memory_free(trials->memory);
-        free(trials->first);
+        ad_memory_free(&trials->memory);
+        trial_memory_free(trials->inputs);
         free(trials->at);
         free(trials->curvature);
-        free(trials->nodes);
         free(trials);
     }
 }
@@ -160,16 +156,15 @@ static ad_status take_rows(solve_trials *trials, int sets, const solve_measured 
     for (int i = 0; i < sets; i++) {
         rows += measured[i].rows;
     }
-    trials->row = malloc((rows + 1) * sizeof *trials->row);
-    trials->known =
-        malloc((rows * (size_t)trials->open.parameter_count + 1) * sizeof *trials->known);
-    trials->first = malloc((rows + 1) * sizeof *trials->first);
-    trials->views = malloc(((size_t)sets + 1) * sizeof *trials->views);
-    if (!trials->row || !trials->known || !trials->first || !trials->views) {
+    AD_TAKE(trials, row, rows + 1);
+    AD_TAKE(trials, known, rows * (size_t)trials->open.parameter_count + 1);
+    AD_TAKE(trials, first, rows + 1);
+    AD_TAKE(trials, views, (size_t)sets + 1);
+    if (trials->memory.is_short) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu measured rows", rows);
     }
     const ad_status status =
-        trial_memory_create(&trials->open, sets, measured, &trials->memory, error);
+        trial_memory_create(&trials->open, sets, measured, &trials->inputs, error);
     for (int i = 0; i < sets && status == AD_OK; i++) {
         const scene_view *view = measured[i].view;
         if (view) {
@@ -177,7 +172,7 @@ static ad_status take_rows(solve_trials *trials, int sets, const solve_measured 
         }
         for (size_t row = 0; row < measured[i].rows; row++) {
             take_row(trials, &measured[i], view ? &trials->views[i] : NULL, row,
-                     trial_memory_turn(trials->memory, i, row));
+                     trial_memory_turn(trials->inputs, i, row));
         }
     }
     qsort(trials->row, trials->rows, sizeof *trials->row, compare_rows);
@@ -209,7 +204,7 @@ void solve_trials_fill(const solve_trials *trials, const double *values, size_t 
     if (scene_is_dynamic(&trials->open)) {
         scene_memory_start(&trials->open, &trials->names, parameters, 0, NULL);
     }
-    trial_memory_fill(trials->memory, values, row->turn, parameters);
+    trial_memory_fill(trials->inputs, values, row->turn, parameters);
 }
 
 static size_t values_of(const solve_trials *trials)
@@ -233,7 +228,7 @@ void solve_trials_tell(const solve_trials *trials, size_t *experiment)
 ad_status solve_trials_remember(solve_trials *trials, const double *values, bool slopes,
                                 double *parameters, ad_error *error)
 {
-    const ad_status status = trial_memory_follow(trials->memory, 1, values, slopes, error);
+    const ad_status status = trial_memory_follow(trials->inputs, 1, values, slopes, error);
     for (size_t e = 0; status == AD_OK && e < trials->experiments; e++) {
         solve_trials_fill(trials, values, e, parameters + e * (size_t)trials->open.parameter_count);
     }
@@ -243,7 +238,7 @@ ad_status solve_trials_remember(solve_trials *trials, const double *values, bool
 double solve_trials_change(const solve_trials *trials, size_t experiment, int parameter,
                            const double *column)
 {
-    return trial_memory_change(trials->memory, trials->row[trials->first[experiment]].turn,
+    return trial_memory_change(trials->inputs, trials->row[trials->first[experiment]].turn,
                                (size_t)parameter, column);
 }
 
@@ -359,7 +354,7 @@ ad_status solve_trials_create(const scene *open, int sets, const solve_measured 
         trials->tolerance = choose_tolerance(trials, sets, measured, tolerance);
     }
     if (status == AD_OK && scene_is_dynamic(open) && !scene_is_beam(open)) {
-        trials->nodes = calloc(trials->experiments, sizeof *trials->nodes);
+        AD_TAKE(trials, nodes, trials->experiments);
         status = trials->nodes ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for nodes");
     }
     status = status == AD_OK ? find_places(trials, error) : status;
@@ -653,7 +648,7 @@ ad_status solve_trials_run(solve_trials *trials, size_t count, const double *val
     trials->reason = (ad_error){.message = ""};
     trials->chooses = trials->nodes && count == 1;
     trials->rough = rough;
-    ad_status status = trial_memory_follow(trials->memory, count, values, false, error);
+    ad_status status = trial_memory_follow(trials->inputs, count, values, false, error);
     if (status == AD_OK && trials->members) {
         status = run_all_members(&batch, count, error);
         if (status == AD_OK && count == 1) {

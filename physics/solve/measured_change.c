@@ -56,7 +56,7 @@ static void compare_change(const change *c, const measured_row *row, const doubl
  * among those that are known, change with the unknowns. */
 static int first_of(const solve_trials *x)
 {
-    return x->memory ? 0 : scene_known_count(&x->open);
+    return x->inputs ? 0 : scene_known_count(&x->open);
 }
 
 static size_t width_of(const solve_trials *x)
@@ -77,7 +77,7 @@ static void put_rows(const change *c, size_t experiment, const double *parameter
             double all[SOLVE_MEMBERS_COLUMNS];
             for (size_t k = 0; k < SOLVE_MEMBERS_COLUMNS; k++) {
                 const double *column = by + (first + k) * width;
-                all[k] = x->memory ? trial_memory_change(x->memory, row->turn, known + i, column)
+                all[k] = x->inputs ? trial_memory_change(x->inputs, row->turn, known + i, column)
                                    : column[i];
             }
             compare_change(c, row, parameters, (int)(known + i), shapes + first, all, 1,
@@ -312,7 +312,7 @@ static ad_status take_differences(const change *c, size_t *solved, ad_error *err
     batch.values = values;
     *solved = batch.count;
     if (status == AD_OK && count > 0) {
-        status = trial_memory_follow(x->memory, trials, values, false, error);
+        status = trial_memory_follow(x->inputs, trials, values, false, error);
     }
     status = status == AD_OK && count > 0 ? solve_trials_jobs(&batch, error) : status;
     for (size_t i = 0; status == AD_OK && i < count * unknowns; i++) {
@@ -341,7 +341,7 @@ ad_status solve_trials_differentiate(solve_trials *trials, const double *values,
         status = solve_trials_run(trials, 1, values, false, room, error);
     }
     trials->chooses = trials->rough = false;
-    status = status == AD_OK ? trial_memory_follow(trials->memory, 1, values, true, error) : status;
+    status = status == AD_OK ? trial_memory_follow(trials->inputs, 1, values, true, error) : status;
     status = status == AD_OK && trials->members ? change_all_members(&c, error) : status;
     if (status == AD_OK && trials->recordings && trials->columns <= SOLVE_MEMBERS_COLUMNS) {
         status = change_recordings(&c, error);

@@ -2,6 +2,7 @@
 #ifndef PHYSICS_SOLVE_MEASURED_TRIALS_H
 #define PHYSICS_SOLVE_MEASURED_TRIALS_H
 
+#include "autodiff/memory.h"
 #include "physics/chain/solve_members.h"
 #include "physics/scene/scene_values.h"
 #include "physics/scene/view.h"
@@ -33,7 +34,7 @@ struct solve_trials {
     measured_row *row;
     scene_seen *views;      /* [sets] */
     double *known;          /* [rows][parameter_count] */
-    trial_memory *memory;   /* NULL: inputs have none */
+    trial_memory *inputs;   /* what they remember; NULL: nothing */
     size_t *first;          /* [experiments + 1] rows */
     double *at, *curvature; /* values of the last single trial by members, and its curvature, of
                              * those that count [][3 nodes]; NaN: none */
@@ -45,6 +46,7 @@ struct solve_trials {
     size_t places;
     double *place;   /* [places] s, ascending, m */
     ad_error reason; /* why there was no solution, of the last run */
+    ad_memory memory;
 };
 
 typedef struct trial_batch {

@@ -1,6 +1,7 @@
 #include "physics/solve/motion_system.h"
 
 #include "autodiff/dense.h"
+#include "autodiff/memory.h"
 #include "physics/numerics/quaternion.h"
 
 #include <math.h>
@@ -22,6 +23,7 @@ struct motion_system {
     double *change; /* of V and w, in the frames of the bodies [6 nodes] */
     SUNMatrix matrix;
     SUNLinearSolver solver;
+    ad_memory memory;
 };
 
 /* dq of the quaternion's equation dq - gamma/2 dq (0, w) = b + gamma/2 q (0, dw). */
@@ -288,18 +290,16 @@ ad_status motion_system_create(motion *m, SUNContext context, motion_system **re
     }
     size_t nodes = motion_nodes(m), size = nodes * UNKNOWNS, rows = motion_size(m);
     *n = (motion_system){.motion = m, .nodes = nodes};
-    n->factors = malloc(size * size * sizeof *n->factors);
-    n->pivots = malloc(size * sizeof *n->pivots);
-    n->state = malloc(rows * sizeof *n->state);
-    n->rate = malloc(rows * sizeof *n->rate);
-    n->R = malloc(nodes * sizeof *n->R);
-    n->moved = malloc(rows * sizeof *n->moved);
-    n->moved_rate = malloc(rows * sizeof *n->moved_rate);
-    n->change = malloc(size * sizeof *n->change);
-    bool complete = n->factors && n->pivots && n->state && n->rate && n->R && n->moved &&
-                    n->moved_rate && n->change;
-    ad_status status = complete ? make_shells(n, context, error)
-                                : ad_fail(error, AD_NO_MEMORY, "out of memory for linear systems");
+    AD_TAKE(n, factors, size * size);
+    AD_TAKE(n, pivots, size);
+    AD_TAKE(n, state, rows);
+    AD_TAKE(n, rate, rows);
+    AD_TAKE(n, R, nodes);
+    AD_TAKE(n, moved, rows);
+    AD_TAKE(n, moved_rate, rows);
+    AD_TAKE(n, change, size);
+    ad_status status = ad_memory_status(&n->memory, error, "out of memory for linear systems");
+    status = status == AD_OK ? make_shells(n, context, error) : status;
     if (status != AD_OK) {
         motion_system_free(n);
         return status;
@@ -317,11 +317,7 @@ void motion_system_free(motion_system *n)
         if (n->solver) {
             SUNLinSolFreeEmpty(n->solver);
         }
-        void *all[] = {n->factors, n->pivots, n->state,      n->rate,
-                       n->R,       n->moved,  n->moved_rate, n->change};
-        for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
-            free(all[i]);
-        }
+        ad_memory_free(&n->memory);
         free(n);
     }
 }

@@ -31,11 +31,11 @@ ad_status motion_times_create(size_t count, const double *given, motion_times *r
                               ad_error *error)
 {
     const size_t most = count + MOTION_FIXED_TIMES;
-    *result = (motion_times){.given = count,
-                             .all = malloc(most * sizeof *result->all),
-                             .aside = malloc(most * sizeof *result->aside),
-                             .which = malloc((count + 1) * sizeof *result->which)};
-    if (!result->all || !result->aside || !result->which) {
+    *result = (motion_times){.given = count};
+    AD_TAKE(result, all, most);
+    AD_TAKE(result, aside, most);
+    AD_TAKE(result, which, count);
+    if (result->memory.is_short) {
         motion_times_free(result);
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu times", count);
     }
@@ -45,9 +45,7 @@ ad_status motion_times_create(size_t count, const double *given, motion_times *r
 
 void motion_times_free(motion_times *times)
 {
-    free(times->all);
-    free(times->aside);
-    free(times->which);
+    ad_memory_free(&times->memory);
     *times = (motion_times){0};
 }
 

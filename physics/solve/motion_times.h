@@ -4,6 +4,7 @@
 #define PHYSICS_SOLVE_MOTION_TIMES_H
 
 #include "autodiff/ad.h"
+#include "autodiff/memory.h"
 #include "physics/solve/solve.h"
 
 enum { MOTION_FIXED_TIMES = 32 }; /* equally spaced; the last is the end, the first is not 0 */
@@ -13,6 +14,7 @@ typedef struct motion_times {
     double *all;                /* [count] ascending */
     bool *aside;                /* [count] asked for, and not fixed */
     size_t *which;              /* [given] of all */
+    ad_memory memory;
 } motion_times;
 
 /* given [count]: ascending, from 0 on; the last is the end. AD_NO_MEMORY. */

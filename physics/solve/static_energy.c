@@ -1,5 +1,6 @@
 #include "physics/solve/static_energy.h"
 
+#include "autodiff/memory.h"
 #include "physics/law/law_numbers.h"
 
 #include <math.h>
@@ -12,13 +13,12 @@ typedef struct at_points {
     double *s, *weight; /* [count]; the weights are those of the quadrature, 0 between elements */
     solve_initial *unstressed;
     solve_rod_points given;
+    ad_memory memory;
 } at_points;
 
 static void points_free(at_points *p)
 {
-    free(p->s);
-    free(p->weight);
-    free(p->unstressed);
+    ad_memory_free(&p->memory);
     solve_rod_points_clear(&p->given);
 }
 
@@ -26,10 +26,10 @@ static ad_status points_make(const static_system *system, at_points *p, ad_error
 {
     const solve_elements *mesh = &system->mesh;
     size_t n = p->count = elements_unknowns(mesh) / (size_t)mesh->rows;
-    p->s = malloc(n * sizeof *p->s);
-    p->weight = calloc(n, sizeof *p->weight);
-    p->unstressed = malloc(n * sizeof *p->unstressed);
-    if (!p->s || !p->weight || !p->unstressed) {
+    AD_TAKE(p, s, n);
+    AD_TAKE(p, weight, n);
+    AD_TAKE(p, unstressed, n);
+    if (p->memory.is_short) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", n);
     }
     solve_elements_places(mesh, p->s);

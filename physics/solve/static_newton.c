@@ -1,5 +1,6 @@
 #include "physics/solve/static_newton.h"
 
+#include "autodiff/memory.h"
 #include "physics/local/solve_vector.h"
 #include "physics/solve/static_friction.h"
 #include "physics/solve/static_tension.h"
@@ -24,6 +25,7 @@ struct static_newton {
     N_Vector y, ones;
     double *right, *step, *moved;
     static_friction *friction; /* NULL: no tendon has any */
+    ad_memory memory;
 };
 
 /* ---- what KINSOL calls --------------------------------------------------------------------- */
@@ -88,11 +90,10 @@ static int do_nothing(SUNMatrix matrix)
 static bool allocate(static_newton *newton)
 {
     sunindextype count = (sunindextype)newton->unknowns;
-    newton->right = malloc(newton->unknowns * sizeof *newton->right);
-    newton->step = malloc(newton->unknowns * sizeof *newton->step);
-    newton->moved = malloc(newton->unknowns * sizeof *newton->moved);
-    if (!newton->right || !newton->step || !newton->moved ||
-        SUNContext_Create(NULL, &newton->context) != 0) {
+    AD_TAKE(newton, right, newton->unknowns);
+    AD_TAKE(newton, step, newton->unknowns);
+    AD_TAKE(newton, moved, newton->unknowns);
+    if (newton->memory.is_short || SUNContext_Create(NULL, &newton->context) != 0) {
         return false;
     }
     newton->y = N_VNewEmpty_Serial(count, newton->context);
@@ -158,9 +159,7 @@ void static_newton_free(static_newton *newton)
         SUNMatFreeEmpty(newton->matrix);
         SUNLinSolFreeEmpty(newton->solver);
         SUNContext_Free(&newton->context);
-        free(newton->right);
-        free(newton->step);
-        free(newton->moved);
+        ad_memory_free(&newton->memory);
         free(newton);
     }
 }

@@ -17,13 +17,8 @@ void static_system_free(static_system *system)
     if (system) {
         solve_elements_clear(&system->mesh);
         solve_rod_points_clear(&system->given);
-        free(system->jump);
-        free(system->jumps);
-        free(system->axial);
-        free(system->angles);
+        ad_memory_free(&system->memory);
         free(system->before);
-        free(system->rate);
-        free(system->chords);
         free(system);
     }
 }
@@ -32,13 +27,12 @@ static bool allocate(static_system *system)
 {
     const size_t elements = (size_t)system->mesh.count;
     const size_t points = elements * (size_t)system->mesh.stages;
-    system->jump = malloc((elements + 1) * sizeof *system->jump);
-    system->jumps = calloc((size_t)system->rod->jumps.count + 1, sizeof *system->jumps);
-    system->axial = malloc(points * sizeof *system->axial);
-    system->angles = calloc((points + 2 * elements) * (size_t)system->rod->frictions + 1,
-                            sizeof *system->angles);
-    system->rate = malloc(elements_inner(&system->mesh) * sizeof *system->rate);
-    return system->jump && system->jumps && system->axial && system->angles && system->rate;
+    AD_TAKE(system, jump, elements + 1);
+    AD_TAKE(system, jumps, (size_t)system->rod->jumps.count + 1);
+    AD_TAKE(system, axial, points);
+    AD_TAKE(system, angles, (points + 2 * elements) * (size_t)system->rod->frictions + 1);
+    AD_TAKE(system, rate, elements_inner(&system->mesh));
+    return !system->memory.is_short;
 }
 
 /* exp(vector), half of whose angle is taken (the exponential of quaternions). */
@@ -136,7 +130,7 @@ static ad_status set_turn(static_system *system, ad_error *error)
     for (int i = 0; i <= CHORDS; i++) {
         s[i] = (double)i / CHORDS;
     }
-    system->chords = malloc(CHORDS * sizeof *system->chords);
+    AD_TAKE(system, chords, CHORDS);
     ad_status status = system->chords ? solve_rod_initial(system->rod, CHORDS + 1, s, at, error)
                                       : ad_fail(error, AD_NO_MEMORY, "out of memory for an arc");
     for (int i = 0; status == AD_OK && i < CHORDS; i++) {

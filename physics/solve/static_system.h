@@ -3,6 +3,7 @@
 #ifndef PHYSICS_SOLVE_STATIC_SYSTEM_H
 #define PHYSICS_SOLVE_STATIC_SYSTEM_H
 
+#include "autodiff/memory.h"
 #include "physics/local/static_rod.h"
 #include "physics/solve/elements.h"
 
@@ -44,6 +45,7 @@ typedef struct static_system {
     double *before; /* of these the logarithms of tensions by EI/L^2 that they had in */
     const struct static_system *earlier; /* that equilibrium; NULL: they had none */
     double *rate;                        /* [stages][rows] of an element */
+    ad_memory memory;
 } static_system;
 
 /* Of held ends, and of what springs pull to. */

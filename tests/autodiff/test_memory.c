@@ -2,6 +2,7 @@
  * behind. Also the gradient check. */
 #include "ad_testing.h"
 #include "allocations.h"
+#include "autodiff/memory.h"
 
 static void watch(long fail_at)
 {
@@ -303,9 +304,40 @@ static void test_gradient_check(void **state)
     assert_memory_equal(x, start, sizeof x);
 }
 
+/* Pieces are zeros where vectors want them; one that cannot be had says so, and ends all others. */
+static void test_pieces(void **state)
+{
+    (void)state;
+    struct {
+        double *numbers;
+        char *nothing;
+        ad_memory memory;
+    } x = {.memory = {0}};
+    ad_error error = {.status = AD_OK};
+    assert_non_null(AD_TAKE(&x, numbers, 1000));
+    assert_non_null(AD_TAKE(&x, nothing, 0));
+    assert_int_equal((uintptr_t)x.numbers % 64, 0);
+    for (int i = 0; i < 1000; i++)
+        assert_true(x.numbers[i] == 0);
+    assert_int_equal(ad_memory_status(&x.memory, &error, "no memory for %d", 3), AD_OK);
+    assert_null(ad_memory_take(&x.memory, SIZE_MAX / 4, sizeof(double)));
+    assert_null(ad_memory_take(&x.memory, 1, 1));
+    assert_int_equal(ad_memory_status(&x.memory, &error, "no memory for %d", 3), AD_NO_MEMORY);
+    assert_string_equal(error.message, "no memory for 3");
+    ad_memory_free(&x.memory);
+    watch(2);
+    AD_TAKE(&x, numbers, 10);
+    assert_false(x.memory.is_short);
+    AD_TAKE(&x, nothing, 10);
+    allocations_count = false;
+    assert_true(x.memory.is_short);
+    ad_memory_free(&x.memory);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_pieces),
         cmocka_unit_test(test_out_of_memory_anywhere),
         cmocka_unit_test(test_steps_allocate_nothing),
         cmocka_unit_test(test_steps_of_members_allocate_nothing),

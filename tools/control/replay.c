@@ -1,5 +1,6 @@
 #include "tools/control/replay.h"
 
+#include "autodiff/memory.h"
 #include "tools/control/loop_internal.h"
 #include "tools/control/marker_drift.h"
 #include "tools/train/clock.h"
@@ -23,7 +24,6 @@ typedef struct replay {
     estimator_sensor sensor[MARKER_DRIFT_MAX];
     double *numbers; /* [3][states] start, deviation, process of the filter; [states][estimates] */
     estimator *filter;
-    void *memory; /* of it */
     const solve_inputs *inputs;
     replay_report *report;
     int markers;
@@ -31,6 +31,7 @@ typedef struct replay {
     double *state;    /* [2][states] of a rollout */
     size_t ahead;     /* samples */
     size_t counts[2]; /* of numbers that are judged: one sample ahead, many */
+    ad_memory memory;
 } replay;
 
 /* ---- the record ---------------------------------------------------------------------------- */
@@ -104,8 +105,8 @@ static ad_status fill_seen(replay *x, int sets, const solve_measured *measured, 
     const solve_inputs *inputs = x->inputs;
     const size_t width = 3 * (size_t)x->markers;
     size_t marker = 0;
-    x->seen = malloc(inputs->count * width * sizeof *x->seen);
-    if (!x->seen) {
+    AD_TAKE(x, seen, inputs->count * width);
+    if (x->memory.is_short) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu samples", inputs->count);
     }
     for (size_t k = 0; k < inputs->count * width; k++) {
@@ -232,8 +233,8 @@ static ad_status start(replay *x, ad_error *error)
     if (status == AD_OK) {
         status = equilibria_derivatives(loop->rest, inputs, loop->numbers, count, which, by, error);
     }
-    x->numbers = malloc(all * (3 + (size_t)count) * sizeof *x->numbers);
-    if (status == AD_OK && !x->numbers) {
+    AD_TAKE(x, numbers, all * (3 + (size_t)count));
+    if (status == AD_OK && x->memory.is_short) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for a filter");
     }
     if (status != AD_OK) {
@@ -244,12 +245,13 @@ static ad_status start(replay *x, ad_error *error)
     if (status == AD_OK && refused) {
         return ad_fail(error, AD_BAD_INPUT, "the filter refuses: %s", refused);
     }
-    x->memory = status == AD_OK ? malloc(estimator_size(&settings)) : NULL;
-    if (!x->memory) {
+    void *filter =
+        status == AD_OK ? ad_memory_take(&x->memory, estimator_size(&settings), 1) : NULL;
+    if (!filter) {
         return status == AD_OK ? ad_fail(error, AD_NO_MEMORY, "out of memory for a filter")
                                : status;
     }
-    x->filter = estimator_init(x->memory, &settings);
+    x->filter = estimator_init(filter, &settings);
     estimator_start(x->filter, x->numbers, inputs, x->numbers + 3 * all);
     return AD_OK;
 }
@@ -369,7 +371,7 @@ static ad_status run(replay *x, int sets, const solve_measured *measured, ad_err
     x->ahead = (size_t)fmax(1, round(x->settings.ahead / x->loop->period));
     choose_model(x);
     const size_t n = (size_t)x->model.states;
-    x->state = malloc(2 * n * sizeof *x->state);
+    AD_TAKE(x, state, 2 * n);
     ad_status status = x->state ? fill_seen(x, sets, measured, error)
                                 : ad_fail(error, AD_NO_MEMORY, "out of memory for a replay");
     status = status == AD_OK ? start(x, error) : status;
@@ -395,10 +397,7 @@ ad_status replay_run(const loop_setup *setup, int sets, const solve_measured *me
     status = status == AD_OK ? find_sensors(sets, measured, inputs, &control, error) : status;
     status = status == AD_OK ? loop_create_filter(&of, &x.loop, error) : status;
     status = status == AD_OK ? run(&x, sets, measured, error) : status;
-    free(x.memory);
-    free(x.numbers);
-    free(x.state);
-    free(x.seen);
+    ad_memory_free(&x.memory);
     loop_free(x.loop);
     return status;
 }

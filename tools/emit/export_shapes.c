@@ -3,6 +3,7 @@
  * the curvature, and follow from it. */
 #include "tools/emit/export_shapes.h"
 
+#include "autodiff/memory.h"
 #include "physics/local/complement.h"
 #include "physics/rod/strain.h"
 
@@ -24,6 +25,7 @@ typedef struct finder {
     double *curvature, *parameters, *by_curvature, *results;
     double *holding; /* [members][held][3 nodes + tensions]: what holds an end does */
     double *fit;     /* [held + 1][3 nodes + tensions], the same of one, and the residual */
+    ad_memory memory;
 } finder;
 
 static void clear(finder *x)
@@ -31,12 +33,7 @@ static void clear(finder *x)
     ad_program_free(x->residual);
     ad_program_free(x->left);
     ad_program_free(x->values);
-    free(x->curvature);
-    free(x->parameters);
-    free(x->by_curvature);
-    free(x->results);
-    free(x->holding);
-    free(x->fit);
+    ad_memory_free(&x->memory);
 }
 
 /* ---- recording ----------------------------------------------------------------------------- */
@@ -92,15 +89,13 @@ static ad_status allocate(finder *x, ad_error *error)
 {
     const size_t n = x->unknowns, all = x->members * (x->held + 1);
     const size_t most = x->rows > n ? x->rows : n;
-    x->curvature = malloc(x->members * n * sizeof *x->curvature);
-    x->parameters = malloc(x->members * x->count * sizeof *x->parameters);
-    x->by_curvature = calloc(all * n, sizeof *x->by_curvature);
-    x->results = malloc(all * most * sizeof *x->results);
-    x->holding = malloc(all * n * sizeof *x->holding);
-    x->fit = malloc((x->held + 1) * n * sizeof *x->fit);
-    return x->curvature && x->parameters && x->by_curvature && x->results && x->holding && x->fit
-               ? AD_OK
-               : ad_fail(error, AD_NO_MEMORY, "out of memory for shapes of a family");
+    AD_TAKE(x, curvature, x->members * n);
+    AD_TAKE(x, parameters, x->members * x->count);
+    AD_TAKE(x, by_curvature, all * n);
+    AD_TAKE(x, results, all * most);
+    AD_TAKE(x, holding, all * n);
+    AD_TAKE(x, fit, (x->held + 1) * n);
+    return ad_memory_status(&x->memory, error, "out of memory for shapes of a family");
 }
 
 /* The tape is that of the middle member's scales. */

@@ -1,4 +1,5 @@
 /* Families whose networks have the parameters as further coordinates, beside s and t. */
+#include "autodiff/memory.h"
 #include "tools/library/trained_family.h"
 
 #include <stdio.h>
@@ -16,6 +17,7 @@ typedef struct fields {
     evaluator **slopes;      /* [parameters][threads] of shapes; NULL until they are asked */
     evaluator_model trained; /* borrowed */
     double **room;           /* [threads] coordinates and values of a group */
+    ad_memory memory;
 } fields;
 
 static void fields_free(void *context)
@@ -28,18 +30,11 @@ static void fields_free(void *context)
         if (fields->curvatures) {
             evaluator_free(fields->curvatures[i]);
         }
-        if (fields->room) {
-            free(fields->room[i]);
-        }
     }
     for (int i = 0; fields->slopes && i < fields->of->count * fields->threads; i++) {
         evaluator_free(fields->slopes[i]);
     }
-    free(fields->places);
-    free(fields->shapes);
-    free(fields->curvatures);
-    free(fields->slopes);
-    free(fields->room);
+    ad_memory_free(&fields->memory);
     free(fields);
 }
 
@@ -135,9 +130,8 @@ static void write_names(const fields *fields, const char *by, char names[NAMES_M
 static ad_status create_slopes(fields *fields, ad_error *error)
 {
     ad_status status = AD_OK;
-    fields->slopes =
-        calloc((size_t)fields->of->count * (size_t)fields->threads, sizeof *fields->slopes);
-    if (!fields->slopes) {
+    AD_TAKE(fields, slopes, (size_t)fields->of->count * (size_t)fields->threads);
+    if (fields->memory.is_short) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for derivatives of a family");
     }
     for (int k = 0; k < fields->of->count && status == AD_OK; k++) {
@@ -184,10 +178,11 @@ static ad_status create_evaluators(fields *fields, ad_error *error)
     ad_status status = AD_OK;
     write_names(fields, "", names);
     for (int i = 0; i < fields->threads && status == AD_OK; i++) {
-        fields->room[i] = malloc(GROUP * rows * (most + 1) * sizeof **fields->room);
-        status = fields->room[i]
-                     ? evaluator_create(&fields->trained, names, &fields->shapes[i], error)
-                     : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", most);
+        AD_TAKE(fields, room[i], GROUP * rows * (most + 1));
+        status = ad_memory_status(&fields->memory, error, "out of memory for %zu points", most);
+        if (status == AD_OK) {
+            status = evaluator_create(&fields->trained, names, &fields->shapes[i], error);
+        }
         if (status == AD_OK && of->nodes > 0) {
             status = evaluator_create(&fields->trained, "u1 u2 u3", &fields->curvatures[i], error);
         }
@@ -205,12 +200,12 @@ ad_status cpinn_family_fields(const evaluator_model *trained, const cpinn_family
     fields->of = family;
     fields->threads = ad_pool_threads(family->pool);
     fields->trained = *trained;
-    fields->places = malloc((family->nodes + 1) * sizeof *fields->places);
-    fields->shapes = calloc((size_t)fields->threads, sizeof *fields->shapes);
-    fields->curvatures = calloc((size_t)fields->threads, sizeof *fields->curvatures);
-    fields->room = calloc((size_t)fields->threads, sizeof *fields->room);
+    AD_TAKE(fields, places, family->nodes + 1);
+    AD_TAKE(fields, shapes, (size_t)fields->threads);
+    AD_TAKE(fields, curvatures, (size_t)fields->threads);
+    AD_TAKE(fields, room, (size_t)fields->threads);
     ad_status status = AD_OK;
-    if (!fields->places || !fields->shapes || !fields->curvatures || !fields->room) {
+    if (fields->memory.is_short) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for a network");
     }
     if (status == AD_OK && family->solver) {

@@ -2,6 +2,7 @@
 #include "tools/library/trained_family.h"
 
 #include "autodiff/host.h"
+#include "autodiff/memory.h"
 #include "nn/rng.h"
 #include "physics/numerics/sort.h"
 #include "tools/train/clock.h"
@@ -35,6 +36,7 @@ typedef struct verifying {
     double *off[CPINN_WAY_COUNT];   /* [members] m; NaN: not known */
     double *ratio[CPINN_WAY_COUNT]; /* [members] predicted over actual */
     cpinn_family_check *result;
+    ad_memory memory;
 } verifying;
 
 static const cpinn_polish ways[CPINN_WAY_COUNT] = {{0, true}, {1, true}, {2, true}, {2, false}};
@@ -64,38 +66,24 @@ static void draw(verifying *verifying, uint64_t seed)
 
 static bool make_room(verifying *verifying)
 {
-    bool made = true;
-    verifying->parameters =
-        malloc(verifying->members * verifying->count * sizeof *verifying->parameters);
-    verifying->values = malloc((BATCH * verifying->width + 1) * sizeof *verifying->values);
-    verifying->answered = malloc((BATCH * verifying->width + 1) * sizeof *verifying->answered);
-    verifying->solved = malloc(BATCH * sizeof *verifying->solved);
-    verifying->answers = malloc(BATCH * sizeof *verifying->answers);
-    verifying->known = malloc(BATCH * sizeof *verifying->known);
-    verifying->which = malloc(BATCH * sizeof *verifying->which);
+    AD_TAKE(verifying, parameters, verifying->members * verifying->count);
+    AD_TAKE(verifying, values, BATCH * verifying->width + 1);
+    AD_TAKE(verifying, answered, BATCH * verifying->width + 1);
+    AD_TAKE(verifying, solved, BATCH);
+    AD_TAKE(verifying, answers, BATCH);
+    AD_TAKE(verifying, known, BATCH);
+    AD_TAKE(verifying, which, BATCH);
     for (int k = 0; k < CPINN_WAY_COUNT; k++) {
-        verifying->off[k] = malloc(verifying->members * sizeof *verifying->off[k]);
-        verifying->ratio[k] = malloc(verifying->members * sizeof *verifying->ratio[k]);
-        made = made && verifying->off[k] && verifying->ratio[k];
+        AD_TAKE(verifying, off[k], verifying->members);
+        AD_TAKE(verifying, ratio[k], verifying->members);
     }
-    return made && verifying->parameters && verifying->values && verifying->answered &&
-           verifying->solved && verifying->answers && verifying->known && verifying->which;
+    return !verifying->memory.is_short;
 }
 
 static void verifying_free(verifying *verifying)
 {
     solve_members_free(verifying->truth);
-    free(verifying->parameters);
-    free(verifying->values);
-    free(verifying->answered);
-    free(verifying->solved);
-    free(verifying->answers);
-    free(verifying->known);
-    free(verifying->which);
-    for (int k = 0; k < CPINN_WAY_COUNT; k++) {
-        free(verifying->off[k]);
-        free(verifying->ratio[k]);
-    }
+    ad_memory_free(&verifying->memory);
 }
 
 static ad_status create_truth(verifying *verifying, ad_error *error)

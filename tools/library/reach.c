@@ -1,5 +1,6 @@
 /* Inverse kinematics: parameters of a family that bring its tip to places. */
 #include "autodiff/host.h"
+#include "autodiff/memory.h"
 #include "nn/rng.h"
 #include "optim/seek.h"
 #include "physics/numerics/quaternion.h"
@@ -23,6 +24,7 @@ typedef struct reaching {
     double *sample, *tip;           /* [drawn][count], [drawn][3]; NaN: there is none */
     double *at, *values, *jacobian; /* of members [BATCH] */
     cpinn_answer *answers;          /* [BATCH] */
+    ad_memory memory;
 } reaching;
 
 static ad_status refuse(const cpinn_family *family, const cpinn_reach_settings *settings,
@@ -47,12 +49,7 @@ static ad_status refuse(const cpinn_family *family, const cpinn_reach_settings *
 
 static void free_reaching(reaching *r)
 {
-    free(r->sample);
-    free(r->tip);
-    free(r->at);
-    free(r->values);
-    free(r->jacobian);
-    free(r->answers);
+    ad_memory_free(&r->memory);
 }
 
 static ad_status prepare(reaching *r, size_t tips, ad_error *error)
@@ -69,15 +66,13 @@ static ad_status prepare(reaching *r, size_t tips, ad_error *error)
         r->low[p] = isnan(value) ? of->low : value;
         r->high[p] = isnan(value) ? of->high : value;
     }
-    r->sample = malloc(r->drawn * r->count * sizeof *r->sample);
-    r->tip = malloc(r->drawn * 3 * sizeof *r->tip);
-    r->at = malloc(BATCH * r->count * sizeof *r->at);
-    r->values = malloc(BATCH * r->width * sizeof *r->values);
-    r->jacobian = malloc(BATCH * r->width * r->count * sizeof *r->jacobian);
-    r->answers = malloc(BATCH * sizeof *r->answers);
-    return r->sample && r->tip && r->at && r->values && r->jacobian && r->answers
-               ? AD_OK
-               : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu tips", tips);
+    AD_TAKE(r, sample, r->drawn * r->count);
+    AD_TAKE(r, tip, r->drawn * 3);
+    AD_TAKE(r, at, BATCH * r->count);
+    AD_TAKE(r, values, BATCH * r->width);
+    AD_TAKE(r, jacobian, BATCH * r->width * r->count);
+    AD_TAKE(r, answers, BATCH);
+    return ad_memory_status(&r->memory, error, "out of memory for %zu tips", tips);
 }
 
 /* Where the tip of a member is among the numbers of its shape. */

@@ -21,9 +21,11 @@ static ad_status keep_points(cpinn_family *family, const cpinn_family_settings *
 {
     const bool moves = scene_is_dynamic(&family->open);
     family->points = settings->points;
-    family->s = malloc((settings->points + 1) * sizeof *family->s);
-    family->t = moves ? malloc((settings->points + 1) * sizeof *family->t) : NULL;
-    if (!family->s || (moves && !family->t)) {
+    AD_TAKE(family, s, settings->points + 1);
+    if (moves) {
+        AD_TAKE(family, t, settings->points + 1);
+    }
+    if (family->memory.is_short) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", settings->points);
     }
     for (size_t i = 0; i < settings->points; i++) {
@@ -75,21 +77,17 @@ static ad_status make_room(cpinn_family *family, ad_error *error)
                  carried = family->forces ? family->points * SOLVE_MEMBERS_FORCES : 0,
                  most = CHUNK_NUMBERS / (width + carried * (1 + count) + 1);
     family->chunk = most >= CHUNK ? CHUNK : most > 16 ? most / 16 * 16 : 16;
-    family->curvature = malloc((3 * family->chunk * family->nodes + 1) * sizeof *family->curvature);
-    family->found = malloc((3 * family->chunk * family->nodes + 1) * sizeof *family->found);
-    family->values = malloc((family->chunk * width + 1) * sizeof *family->values);
-    family->parameters = malloc(family->chunk * (size_t)family->count * sizeof *family->parameters);
-    family->which = malloc(family->chunk * sizeof *family->which);
-    family->refined = malloc(family->chunk * sizeof *family->refined);
-    family->solved = malloc(family->chunk * sizeof *family->solved);
-    family->carried = malloc((family->chunk * carried + 1) * sizeof *family->carried);
-    family->carried_by = malloc((family->chunk * carried * count + 1) * sizeof *family->carried_by);
-    family->unasked = malloc(family->chunk * sizeof *family->unasked);
-    return family->curvature && family->found && family->values && family->parameters &&
-                   family->which && family->refined && family->solved && family->carried &&
-                   family->carried_by && family->unasked
-               ? AD_OK
-               : ad_fail(error, AD_NO_MEMORY, "out of memory for members of a family");
+    AD_TAKE(family, curvature, 3 * family->chunk * family->nodes + 1);
+    AD_TAKE(family, found, 3 * family->chunk * family->nodes + 1);
+    AD_TAKE(family, values, family->chunk * width + 1);
+    AD_TAKE(family, parameters, family->chunk * (size_t)family->count);
+    AD_TAKE(family, which, family->chunk);
+    AD_TAKE(family, refined, family->chunk);
+    AD_TAKE(family, solved, family->chunk);
+    AD_TAKE(family, carried, family->chunk * carried + 1);
+    AD_TAKE(family, carried_by, family->chunk * carried * count + 1);
+    AD_TAKE(family, unasked, family->chunk);
+    return ad_memory_status(&family->memory, error, "out of memory for members of a family");
 }
 
 ad_status cpinn_family_prepare(const scene *open, double tolerance,
@@ -291,18 +289,7 @@ void cpinn_family_free(cpinn_family *family)
         ad_pool_free(family->pool);
         experiment_free(family->owned);
         config_free(family->settings);
-        free(family->s);
-        free(family->t);
-        free(family->curvature);
-        free(family->found);
-        free(family->values);
-        free(family->parameters);
-        free(family->which);
-        free(family->refined);
-        free(family->solved);
-        free(family->carried);
-        free(family->carried_by);
-        free(family->unasked);
+        ad_memory_free(&family->memory);
         free(family);
     }
 }

@@ -3,6 +3,7 @@
 #ifndef TOOLS_LIBRARY_TRAINED_FAMILY_H
 #define TOOLS_LIBRARY_TRAINED_FAMILY_H
 
+#include "autodiff/memory.h"
 #include "tools/config/config.h"
 #include "tools/library/cpinn.h"
 #include "tools/train/experiment.h"
@@ -52,6 +53,7 @@ struct cpinn_family {
      * and what is said of members of which nobody asks. */
     double *carried, *carried_by;
     cpinn_answer *unasked; /* [chunk] */
+    ad_memory memory;
 };
 
 /* A family without a network, of a scene that outlives it; then its network. tolerance: 0,

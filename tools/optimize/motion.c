@@ -13,12 +13,7 @@ static const double KEPT_AT_REST = 1e-9;
 void optimize_motion_free(optimize_motion *o)
 {
     if (o) {
-        double *const numbers[] = {o->x,  o->limits,     o->gradient, o->row,
-                                   o->by, o->multiplier, o->memory};
-        for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) {
-            free(numbers[i]);
-        }
-        free(o->entries);
+        ad_memory_free(&o->memory);
         motion_rod_free(o->rod);
         free(o);
     }
@@ -414,38 +409,24 @@ static ad_status allocate(optimize_motion *o, ad_error *error)
         o->intervals * STAGES *
             (n * (1 + before + STAGES * n + others) + o->rod->rows * (before + n + others)) -
         STAGES * (n * (1 + before) + o->rod->rows * before);
-    o->x = calloc(o->n, sizeof *o->x);
-    o->limits = calloc(2 * o->n + 2 * o->m, sizeof *o->limits);
-    o->gradient = calloc(o->n, sizeof *o->gradient);
-    o->row = calloc(o->m, sizeof *o->row);
-    o->by = calloc(o->nonzeros, sizeof *o->by);
-    o->multiplier = calloc(o->m, sizeof *o->multiplier);
-    o->entries = calloc(2 * o->nonzeros, sizeof *o->entries);
-    o->memory =
-        calloc(o->n + (4 + STAGES * (1 + n + m)) * n + o->rod->rows * (1 + o->rod->directions),
-               sizeof *o->memory);
-    if (!o->x || !o->limits || !o->gradient || !o->row || !o->by || !o->multiplier || !o->entries ||
-        !o->memory) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a motion");
-    }
-    double **const parts[] = {&o->from,     &o->to,       &o->scale,  &o->state, &o->rate,
-                              &o->by_state, &o->by_input, &o->values, &o->slopes};
-    const size_t sizes[] = {n,
-                            n,
-                            n,
-                            n,
-                            STAGES * n,
-                            STAGES * n * n,
-                            STAGES * n * m,
-                            o->rod->rows,
-                            o->rod->rows * o->rod->directions};
-    o->at = o->memory;
-    double *next = o->memory + o->n;
-    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
-        *parts[i] = next;
-        next += sizes[i];
-    }
-    return AD_OK;
+    AD_TAKE(o, x, o->n);
+    AD_TAKE(o, limits, 2 * o->n + 2 * o->m);
+    AD_TAKE(o, gradient, o->n);
+    AD_TAKE(o, row, o->m);
+    AD_TAKE(o, by, o->nonzeros);
+    AD_TAKE(o, multiplier, o->m);
+    AD_TAKE(o, entries, 2 * o->nonzeros);
+    AD_TAKE(o, at, o->n);
+    AD_TAKE(o, from, n);
+    AD_TAKE(o, to, n);
+    AD_TAKE(o, scale, n);
+    AD_TAKE(o, state, n);
+    AD_TAKE(o, rate, STAGES * n);
+    AD_TAKE(o, by_state, STAGES * n * n);
+    AD_TAKE(o, by_input, STAGES * n * m);
+    AD_TAKE(o, values, o->rod->rows);
+    AD_TAKE(o, slopes, o->rod->rows * o->rod->directions);
+    return ad_memory_status(&o->memory, error, "out of memory for a motion");
 }
 
 ad_status motion_rest(const optimize_motion *o, reduced_rod *rod, int end, double *state,

@@ -2,6 +2,7 @@
 #ifndef TOOLS_OPTIMIZE_MOTION_PARTS_H
 #define TOOLS_OPTIMIZE_MOTION_PARTS_H
 
+#include "autodiff/memory.h"
 #include "physics/chain/reduced.h"
 #include "physics/numerics/gauss.h"
 #include "tools/optimize/motion.h"
@@ -30,6 +31,7 @@ typedef struct motion_rod {
     reduced_place *seen;                  /* [points] */
     double *values, *by_state, *jacobian; /* of shapes */
     double *number, *slope, *room;        /* of one bound; of kinematics */
+    ad_memory memory;
 } motion_rod;
 
 /* With that many points along it. AD_BAD_INPUT with the key to blame. */
@@ -77,8 +79,9 @@ struct optimize_motion {
     bool known, there;
     double *at;                         /* [n] where it was evaluated last */
     double *rate, *by_state, *by_input; /* of the points of an interval */
-    double *state, *values, *slopes, *memory;
+    double *state, *values, *slopes;
     ad_error why;
+    ad_memory memory;
 };
 
 double motion_duration(const optimize_motion *motion, const double *x);

@@ -16,10 +16,7 @@ void motion_rod_free(motion_rod *rod)
             response_free(rod->bound[i].of);
         }
         reduced_free(rod->rod);
-        free(rod->s);
-        free(rod->row);
-        free(rod->seen);
-        free(rod->values);
+        ad_memory_free(&rod->memory);
         free(rod);
     }
 }
@@ -34,7 +31,7 @@ double motion_bound_excess(const motion_bound *bound, double value)
 static ad_status make_rod(motion_rod *rod, const optimize_settings *settings, const scene *family,
                           const int *modes, size_t points, char *key, ad_error *error)
 {
-    rod->s = malloc((points + OPTIMIZE_PLACES_MAX) * sizeof *rod->s);
+    AD_TAKE(rod, s, points + OPTIMIZE_PLACES_MAX);
     ad_status status = rod->s ? optimize_put_places(settings, scene_length(family), points, rod->s,
                                                     &rod->points, rod->place, key, error)
                               : ad_fail(error, AD_NO_MEMORY, "out of memory for a motion");
@@ -104,26 +101,16 @@ static ad_status read_bounds(motion_rod *rod, const optimize_settings *settings,
 static ad_status allocate(motion_rod *rod, ad_error *error)
 {
     const size_t points = rod->points, states = (size_t)rod->states, width = rod->directions;
-    double **const parts[] = {&rod->values, &rod->by_state, &rod->jacobian,
-                              &rod->number, &rod->slope,    &rod->room};
-    const size_t sizes[] = {
-        points * COLUMNS,         points * KINEMATICS_ROWS * states,
-        points * COLUMNS * width, points,
-        points * width,           points * KINEMATICS_SEEN + kinematics_room(&rod->look)};
-    size_t all = 0;
-    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
-        all += sizes[i];
-    }
-    rod->seen = calloc(points, sizeof *rod->seen);
-    rod->row = malloc(points * KINEMATICS_ROWS * sizeof *rod->row);
-    double *at = calloc(all, sizeof *at);
-    if (!rod->seen || !rod->row || !at) {
-        free(at);
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a motion");
-    }
-    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
-        *parts[i] = at;
-        at += sizes[i];
+    AD_TAKE(rod, seen, points);
+    AD_TAKE(rod, row, points * KINEMATICS_ROWS);
+    AD_TAKE(rod, values, points * COLUMNS);
+    AD_TAKE(rod, by_state, points * KINEMATICS_ROWS * states);
+    AD_TAKE(rod, jacobian, points * COLUMNS * width);
+    AD_TAKE(rod, number, points);
+    AD_TAKE(rod, slope, points * width);
+    AD_TAKE(rod, room, points * KINEMATICS_SEEN + kinematics_room(&rod->look));
+    if (rod->memory.is_short) {
+        return ad_memory_status(&rod->memory, error, "out of memory for a motion");
     }
     for (int i = 0; i < rod->look.rows; i++) {
         rod->row[i] = i;

@@ -205,15 +205,13 @@ ad_status plan_exact_create(const plan_robot *robot, const scene *of, size_t poi
 {
     *result = NULL;
     plan_exact *const e = calloc(1, sizeof *e);
-    double *s = malloc((points + 1) * sizeof *s);
-    if (!e || !s) {
+    double *s = e ? AD_TAKE(e, s, points + 1) : NULL;
+    if (!s) {
         free(e);
-        free(s);
         return ad_fail(error, AD_NO_MEMORY, "out of memory for shapes");
     }
     e->robot = robot;
     e->of = of;
-    e->s = s;
     e->length = scene_length(of);
     e->points = sampling_along(e->length, points, 1, &from, s);
     const solve_members_settings settings = {
@@ -228,25 +226,20 @@ ad_status plan_exact_create(const plan_robot *robot, const scene *of, size_t poi
     if (status == AD_OK) {
         const size_t rows = PLAN_BATCH * e->points, count = (size_t)robot->count;
         const size_t parameters = (size_t)robot->parameters + 1;
-        e->r = malloc(3 * rows * sizeof *e->r);
-        e->speed = malloc(rows * sizeof *e->speed);
-        e->moves = malloc(3 * rows * count * sizeof *e->moves);
-        e->spread = calloc(rows, sizeof *e->spread);
-        e->first = malloc(3 * rows * sizeof *e->first);
-        e->error = malloc(PLAN_BATCH * sizeof *e->error);
-        e->tangent = malloc(PLAN_BATCH * sizeof *e->tangent * 3);
-        e->turns = malloc(PLAN_BATCH * count * 3 * sizeof *e->turns);
-        e->parameters = malloc(PLAN_BATCH * parameters * sizeof *e->parameters);
-        e->values = malloc(rows * SOLVE_MEMBERS_COLUMNS * sizeof *e->values);
-        e->curvature =
-            malloc(PLAN_BATCH * solve_members_nodes(e->solver) * 3 * sizeof *e->curvature);
-        e->jacobian = malloc(rows * SOLVE_MEMBERS_COLUMNS * parameters * sizeof *e->jacobian);
-        e->solved = malloc(PLAN_BATCH * sizeof *e->solved);
-        if (!e->r || !e->speed || !e->moves || !e->spread || !e->first || !e->error ||
-            !e->tangent || !e->turns || !e->parameters || !e->values || !e->curvature ||
-            !e->jacobian || !e->solved) {
-            status = ad_fail(error, AD_NO_MEMORY, "out of memory for shapes");
-        }
+        AD_TAKE(e, r, 3 * rows);
+        AD_TAKE(e, speed, rows);
+        AD_TAKE(e, moves, 3 * rows * count);
+        AD_TAKE(e, spread, rows);
+        AD_TAKE(e, first, 3 * rows);
+        AD_TAKE(e, error, PLAN_BATCH);
+        AD_TAKE(e, tangent, 3 * PLAN_BATCH);
+        AD_TAKE(e, turns, PLAN_BATCH * count * 3);
+        AD_TAKE(e, parameters, PLAN_BATCH * parameters);
+        AD_TAKE(e, values, rows * SOLVE_MEMBERS_COLUMNS);
+        AD_TAKE(e, curvature, PLAN_BATCH * solve_members_nodes(e->solver) * 3);
+        AD_TAKE(e, jacobian, rows * SOLVE_MEMBERS_COLUMNS * parameters);
+        AD_TAKE(e, solved, PLAN_BATCH);
+        status = ad_memory_status(&e->memory, error, "out of memory for shapes");
     }
     if (status != AD_OK) {
         plan_exact_free(e);
@@ -260,14 +253,7 @@ void plan_exact_free(plan_exact *of)
 {
     if (of) {
         solve_members_free(of->solver);
-        double *const owned[] = {of->s,      of->r,         of->speed,    of->moves,
-                                 of->spread, of->first,     of->error,    of->parameters,
-                                 of->values, of->curvature, of->jacobian, of->tangent,
-                                 of->turns};
-        for (size_t i = 0; i < sizeof owned / sizeof *owned; i++) {
-            free(owned[i]);
-        }
-        free(of->solved);
+        ad_memory_free(&of->memory);
         free(of);
     }
 }

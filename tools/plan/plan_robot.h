@@ -4,6 +4,7 @@
 #ifndef PLAN_PLAN_ROBOT_H
 #define PLAN_PLAN_ROBOT_H
 
+#include "autodiff/memory.h"
 #include "physics/chain/solve_members.h"
 #include "tools/plan/plan_settings.h"
 
@@ -58,6 +59,7 @@ typedef struct plan_exact {
     double *turns;   /* [members][3][count]: dtangent/d(variable) */
     double *first, *parameters, *values, *curvature, *jacobian;
     solve_member *solved;
+    ad_memory memory;
 } plan_exact;
 
 /* So many points from 0 to the length, and one at `from`. The robot and the scene must outlive

@@ -254,10 +254,11 @@ ad_status samples_fill(const samples *p, bool told, samples_table *to, ad_error 
     const size_t rows = samples_rows(p);
     const size_t slopes = p->slopes ? (size_t)(p->columns * p->of->parameter_count) : 0;
     const bool timed = !p->members || scene_is_dynamic(p->of);
-    to->numbers = malloc((OWN * rows + 1) * sizeof *to->numbers);
-    to->texts = malloc((2 * rows + 1) * sizeof *to->texts);
-    to->names = malloc((slopes + 1) * sizeof *to->names);
-    if (!to->numbers || !to->texts || !to->names) {
+    to->memory = (ad_memory){0};
+    AD_TAKE(to, numbers, OWN * rows + 1);
+    AD_TAKE(to, texts, 2 * rows + 1);
+    AD_TAKE(to, names, slopes + 1);
+    if (to->memory.is_short) {
         samples_table_free(to);
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a table of %zu rows", rows);
     }
@@ -279,9 +280,7 @@ ad_status samples_fill(const samples *p, bool told, samples_table *to, ad_error 
 
 void samples_table_free(samples_table *to)
 {
-    free(to->numbers);
-    free(to->texts);
-    free(to->names);
+    ad_memory_free(&to->memory);
 }
 
 ad_status samples_write(const samples *p, const char *path, ad_error *error)

@@ -3,6 +3,7 @@
 #ifndef TOOLS_PROGRAMS_SAMPLES_H
 #define TOOLS_PROGRAMS_SAMPLES_H
 
+#include "autodiff/memory.h"
 #include "physics/learn/model.h"
 #include "tools/files/table_file.h"
 #include "tools/library/answer.h"
@@ -53,6 +54,7 @@ typedef struct samples_table {
     double *numbers;    /* of columns that have one number for each member or point */
     const char **texts; /* source and reason */
     char (*names)[TABLE_MAX_NAME + 1]; /* of derivatives: x_by_pull */
+    ad_memory memory;
 } samples_table;
 ad_status samples_fill(const samples *p, bool told, samples_table *to, ad_error *error);
 void samples_table_free(samples_table *to); /* not itself */

@@ -16,6 +16,7 @@
 #include "tools/programs/show_source.h"
 
 #include "autodiff/dense.h"
+#include "autodiff/memory.h"
 #include "physics/chain/solve_members.h"
 #include "physics/numerics/sort.h"
 #include "physics/rod/rod_section.h"
@@ -63,6 +64,7 @@ typedef struct workspace {
     ad_value strain;            /* by s, parameters [of->parameter_count], strains [6] */
     scene_breaks breaks;        /* along the rod, */
     double length;              /* of the member in the middle */
+    ad_memory memory;
 } workspace;
 
 static double *own_column(const workspace *w, int which)
@@ -72,10 +74,7 @@ static double *own_column(const workspace *w, int which)
 
 static void workspace_free(workspace *w)
 {
-    free(w->parameters);
-    free(w->numbers);
-    free(w->singular);
-    free(w->source);
+    ad_memory_free(&w->memory);
     ad_tape_free(w->tape);
 }
 
@@ -83,11 +82,11 @@ static ad_status prepare(workspace *w, ad_error *error)
 {
     const size_t count = (size_t)w->of->parameter_count;
     bool any = false;
-    w->parameters = malloc(MEMBERS * count * sizeof *w->parameters);
-    w->numbers = malloc((count + NUMBERS) * MEMBERS * sizeof *w->numbers);
-    w->singular = calloc(MEMBERS, 3 * sizeof *w->singular);
-    w->source = calloc(MEMBERS, 2 * sizeof *w->source);
-    if (!w->parameters || !w->numbers || !w->singular || !w->source) {
+    AD_TAKE(w, parameters, MEMBERS * count);
+    AD_TAKE(w, numbers, (count + NUMBERS) * MEMBERS);
+    AD_TAKE(w, singular, 3 * MEMBERS);
+    AD_TAKE(w, source, 2 * MEMBERS);
+    if (w->memory.is_short) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a workspace");
     }
     w->reason = w->source + MEMBERS;

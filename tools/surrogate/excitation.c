@@ -107,6 +107,7 @@ typedef struct runner {
     reduced_rod **rods; /* [threads] */
     long *tally;        /* [count][2] */
     double *seconds;    /* [count] */
+    ad_memory memory;
 } runner;
 
 /* One step as `parts`, with inputs [2][inputs] of its ends. The first are short: where inputs jump
@@ -193,12 +194,12 @@ static ad_status allocate(runner *runner, ad_error *error)
 {
     excitation_rollouts *to = runner->to;
     const size_t count = (size_t)to->count, rows = count * (size_t)(to->steps + 1);
-    to->state = calloc(rows * (size_t)to->states, sizeof *to->state);
-    to->input = calloc(rows * (size_t)to->inputs, sizeof *to->input);
-    to->done = calloc(count, sizeof *to->done);
-    runner->tally = calloc(2 * count, sizeof *runner->tally);
-    runner->seconds = calloc(count, sizeof *runner->seconds);
-    return to->state && to->input && to->done && runner->tally && runner->seconds
+    AD_TAKE(to, state, rows * (size_t)to->states);
+    AD_TAKE(to, input, rows * (size_t)to->inputs);
+    AD_TAKE(to, done, count);
+    AD_TAKE(runner, tally, 2 * count);
+    AD_TAKE(runner, seconds, count);
+    return !to->memory.is_short && !runner->memory.is_short
                ? AD_OK
                : ad_fail(error, AD_NO_MEMORY, "out of memory for %d rollouts", to->count);
 }
@@ -234,8 +235,7 @@ ad_status excitation_run(const scene *open, const excitation_settings *settings,
     memcpy(rod.modes, settings->modes, sizeof rod.modes);
     *result = (excitation_rollouts){.steps = settings->steps, .count = settings->count};
     ad_status status = check(open, settings, error);
-    x.rods = calloc((size_t)threads, sizeof *x.rods);
-    if (status == AD_OK && !x.rods) {
+    if (!AD_TAKE(&x, rods, threads) && status == AD_OK) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for %d threads", threads);
     }
     for (int i = 0; i < threads && status == AD_OK; i++) {
@@ -250,9 +250,7 @@ ad_status excitation_run(const scene *open, const excitation_settings *settings,
     for (int i = 0; x.rods && i < threads; i++) {
         reduced_free(x.rods[i]);
     }
-    free(x.rods);
-    free(x.tally);
-    free(x.seconds);
+    ad_memory_free(&x.memory);
     if (status != AD_OK) {
         excitation_free(result);
     }
@@ -261,8 +259,6 @@ ad_status excitation_run(const scene *open, const excitation_settings *settings,
 
 void excitation_free(excitation_rollouts *rollouts)
 {
-    free(rollouts->state);
-    free(rollouts->input);
-    free(rollouts->done);
+    ad_memory_free(&rollouts->memory);
     *rollouts = (excitation_rollouts){0};
 }

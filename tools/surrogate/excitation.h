@@ -13,6 +13,7 @@
 #define SURROGATE_EXCITATION_H
 
 #include "autodiff/ad.h"
+#include "autodiff/memory.h"
 #include "physics/scene/scene.h"
 
 #include <stdint.h>
@@ -55,6 +56,7 @@ typedef struct excitation_rollouts {
     int *done;     /* [count]: steps that were solved; what is behind them is not defined */
     long substepped, lost; /* steps in more parts than usual; not solved so either */
     double seconds;        /* of processor time for all steps */
+    ad_memory memory;
 } excitation_rollouts;
 
 /* Inputs [steps + 1][count] of rollout `index`, as many as parameters [count]. */

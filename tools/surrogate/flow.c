@@ -8,6 +8,7 @@
 #include "tools/surrogate/flow.h"
 
 #include "autodiff/dense.h"
+#include "autodiff/memory.h"
 #include "nn/rng.h"
 
 #include <math.h>
@@ -47,6 +48,7 @@ struct surrogate_flow {
     ad_program *forward, *gradient;
     double scale;               /* of the loss: 1 over that of the linear map */
     ad_dense_factor *factor[2]; /* of each parity */
+    ad_memory memory;
 };
 
 /* ---- shapes -------------------------------------------------------------------------------- */
@@ -462,9 +464,9 @@ static bool allocate(surrogate_flow *flow)
 {
     const surrogate_step *m = flow->m;
     bool fine = true;
-    flow->even = calloc((size_t)layer_inputs(m, 0, false) * flow->count + 1, sizeof *flow->even);
-    flow->odd = calloc((size_t)layer_inputs(m, 0, true) * flow->count + 1, sizeof *flow->odd);
-    flow->length = calloc(flow->count + 1, sizeof *flow->length);
+    AD_TAKE(flow, even, (size_t)layer_inputs(m, 0, false) * flow->count + 1);
+    AD_TAKE(flow, odd, (size_t)layer_inputs(m, 0, true) * flow->count + 1);
+    AD_TAKE(flow, length, flow->count + 1);
     for (int odd = 0; odd < 2; odd++) {
         const size_t f = (size_t)hidden(m, odd == 1) + (odd == 0);
         flow->factor[odd] = f > 0 ? ad_dense_factor_create(f) : NULL;
@@ -474,13 +476,12 @@ static bool allocate(surrogate_flow *flow)
         head *h = &flow->head[b];
         h->width = hidden(m, h->odd) + !h->odd;
         const size_t f = (size_t)h->width, outs = (size_t)h->outputs;
-        h->target = calloc(outs * flow->count + 1, sizeof *h->target);
-        h->features = calloc(f * flow->count + 1, sizeof *h->features);
-        h->gram = calloc(f * f + 1, sizeof *h->gram);
-        h->weights = calloc(outs * f + 1, sizeof *h->weights);
-        fine = fine && h->target && h->features && h->gram && h->weights;
+        AD_TAKE(flow, head[b].target, outs * flow->count);
+        AD_TAKE(flow, head[b].features, f * flow->count);
+        AD_TAKE(flow, head[b].gram, f * f);
+        AD_TAKE(flow, head[b].weights, outs * f);
     }
-    return fine && flow->even && flow->odd && flow->length;
+    return fine && !flow->memory.is_short;
 }
 
 ad_status surrogate_flow_create(int nodes, const surrogate_node *node, const surrogate_steps *steps,
@@ -515,17 +516,9 @@ void surrogate_flow_free(surrogate_flow *flow)
     if (flow) {
         ad_program_free(flow->forward);
         ad_program_free(flow->gradient);
-        for (int b = 0; b < flow->heads; b++) {
-            free(flow->head[b].target);
-            free(flow->head[b].features);
-            free(flow->head[b].gram);
-            free(flow->head[b].weights);
-        }
         ad_dense_factor_free(flow->factor[0]);
         ad_dense_factor_free(flow->factor[1]);
-        free(flow->even);
-        free(flow->odd);
-        free(flow->length);
+        ad_memory_free(&flow->memory);
         free(flow);
     }
 }

@@ -317,17 +317,15 @@ static ad_status prepare(const rollouts_subject *subject, const excitation_rollo
 {
     const size_t rows = (size_t)truth->count * (size_t)(truth->steps + 1);
     const size_t steps = (size_t)report->steps[ROLLOUTS_SHORT];
-    double(*tips)[3] = calloc(rows, sizeof *tips);
-    *runner = (rollouts_runner){
-        .subject = subject, .truth = truth, .tips = tips, .length = report->length};
-    runner->errors = calloc(rows, sizeof *runner->errors);
-    runner->state = calloc(2 * (size_t)truth->states, sizeof *runner->state);
-    report->over_time = calloc(steps, sizeof *report->over_time);
-    report->path = calloc(steps, sizeof *report->path);
-    report->states = calloc(2 * (steps + 1) * (size_t)truth->states, sizeof *report->states);
-    report->inputs = calloc((steps + 1) * (size_t)truth->inputs + 1, sizeof *report->inputs);
-    if (!tips || !runner->errors || !runner->state || !report->over_time || !report->path ||
-        !report->states || !report->inputs) {
+    *runner = (rollouts_runner){.subject = subject, .truth = truth, .length = report->length};
+    AD_TAKE(runner, tips, rows);
+    AD_TAKE(runner, errors, rows);
+    AD_TAKE(runner, state, 2 * truth->states);
+    AD_TAKE(report, over_time, steps);
+    AD_TAKE(report, path, steps);
+    AD_TAKE(report, states, 2 * (steps + 1) * (size_t)truth->states);
+    AD_TAKE(report, inputs, (steps + 1) * (size_t)truth->inputs + 1);
+    if (runner->memory.is_short || report->memory.is_short) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %d rollouts", truth->count);
     }
     if (subject->model->states != truth->states || subject->model->inputs != truth->inputs) {
@@ -337,7 +335,7 @@ static ad_status prepare(const rollouts_subject *subject, const excitation_rollo
                        truth->inputs);
     }
     ad_status status = rollouts_make_rod(subject->scene, subject->modes, &runner->rod, error);
-    return status == AD_OK ? find_tips(runner->rod, truth, tips, error) : status;
+    return status == AD_OK ? find_tips(runner->rod, truth, runner->tips, error) : status;
 }
 
 static double part_outside(const one_step *model, const excitation_rollouts *truth)
@@ -411,9 +409,7 @@ ad_status rollouts_judge(const rollouts_subject *subject, int count, uint64_t se
     status = status == AD_OK ? rollouts_judge_rod(&x, pool, report, error) : status;
     status = status == AD_OK ? judge_finer(&x, &settings, pool, report, error) : status;
     reduced_free(x.rod);
-    free(x.tips);
-    free(x.errors);
-    free(x.state);
+    ad_memory_free(&x.memory);
     excitation_free(&truth);
     if (status != AD_OK) {
         rollouts_free(report);
@@ -423,10 +419,7 @@ ad_status rollouts_judge(const rollouts_subject *subject, int count, uint64_t se
 
 void rollouts_free(rollouts_report *report)
 {
-    free(report->over_time);
-    free(report->path);
-    free(report->states);
-    free(report->inputs);
+    ad_memory_free(&report->memory);
     report->over_time = NULL;
     report->path = NULL;
     report->states = report->inputs = NULL;

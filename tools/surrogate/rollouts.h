@@ -8,6 +8,7 @@
 #define SURROGATE_ROLLOUTS_H
 
 #include "autodiff/ad.h"
+#include "autodiff/memory.h"
 #include "physics/local/one_step.h"
 #include "physics/scene/scene.h"
 
@@ -56,6 +57,7 @@ typedef struct rollouts_report {
                               * solver and by the model */
     double *states, *inputs; /* of that rollout [steps of the short span + 1]: [2][states of the
                               * model], and the inputs [of the model] that follow */
+    ad_memory memory;
 } rollouts_report;
 
 /* `count` rollouts that follow from the seed. AD_BAD_INPUT: a scene that reduced_create refuses. */

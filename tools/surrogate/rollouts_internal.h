@@ -2,6 +2,7 @@
 #ifndef SURROGATE_ROLLOUTS_INTERNAL_H
 #define SURROGATE_ROLLOUTS_INTERNAL_H
 
+#include "autodiff/memory.h"
 #include "physics/chain/reduced.h"
 #include "tools/surrogate/excitation.h"
 #include "tools/surrogate/rollouts.h"
@@ -15,6 +16,7 @@ typedef struct rollouts_runner {
     double length;
     double *errors; /* [count * steps] */
     double *state;  /* [2][states] */
+    ad_memory memory;
 } rollouts_runner;
 
 /* Sorts the errors. */

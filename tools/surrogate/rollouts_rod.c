@@ -1,6 +1,7 @@
 /* The reduced rod itself in the place of a one-step model. */
 #include "tools/surrogate/rollouts_internal.h"
 
+#include "autodiff/memory.h"
 #include "autodiff/ranks.h"
 
 #include <stdlib.h>
@@ -71,6 +72,7 @@ typedef struct rod_rollouts {
     double *errors;        /* [count][OF_BOTH][steps] */
     int (*found)[OF_BOTH]; /* [count]: how many; of all steps 0 where they diverge, and */
     int *diverges;         /* [count] */
+    ad_memory memory;
 } rod_rollouts;
 
 static ad_status roll_rod(void *context, int item, int thread, ad_error *error)
@@ -123,12 +125,12 @@ static ad_status open_rods(rod_rollouts *of, int threads, ad_error *error)
     const rollouts_runner *runner = of->x;
     const size_t count = (size_t)runner->truth->count;
     ad_status status = AD_OK;
-    of->rods = calloc((size_t)threads, sizeof *of->rods);
-    of->state = calloc((size_t)threads * 2 * (size_t)runner->truth->states, sizeof *of->state);
-    of->errors = calloc(count * OF_BOTH * (size_t)of->steps, sizeof *of->errors);
-    of->found = calloc(count, sizeof *of->found);
-    of->diverges = calloc(count, sizeof *of->diverges);
-    if (!of->rods || !of->state || !of->errors || !of->found || !of->diverges) {
+    AD_TAKE(of, rods, (size_t)threads);
+    AD_TAKE(of, state, (size_t)threads * 2 * (size_t)runner->truth->states);
+    AD_TAKE(of, errors, count * OF_BOTH * (size_t)of->steps);
+    AD_TAKE(of, found, count);
+    AD_TAKE(of, diverges, count);
+    if (of->memory.is_short) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu rollouts", count);
     }
     for (int i = 0; i < threads && status == AD_OK; i++) {
@@ -143,11 +145,7 @@ static void close_rods(rod_rollouts *of, int threads)
     for (int i = 0; of->rods && i < threads; i++) {
         reduced_free(of->rods[i]);
     }
-    free(of->rods);
-    free(of->state);
-    free(of->errors);
-    free(of->found);
-    free(of->diverges);
+    ad_memory_free(&of->memory);
 }
 
 ad_status rollouts_judge_rod(rollouts_runner *runner, ad_pool *pool, rollouts_report *report,

@@ -1,5 +1,6 @@
 #include "tools/train/identify.h"
 
+#include "autodiff/memory.h"
 #include "physics/numerics/sampling.h"
 #include "tools/train/least_squares.h"
 
@@ -67,6 +68,7 @@ typedef struct search {
     starts all;
     least_squares ls; /* by y */
     ad_error error;   /* what stops the search */
+    ad_memory memory;
 } search;
 
 static double part_of(double y)
@@ -630,9 +632,9 @@ static ad_status prepare(search *search, int sets, const solve_measured *measure
     /* of the error of central differences and that of the solutions both are then small */
     search->difference = fmin(1e-2, fmax(1e-4, cbrt(solve_trials_tolerance(search->trials))));
     const size_t count = (size_t)search->count;
-    search->room = malloc(2 * count * search->n * sizeof *search->room);
-    search->r = malloc(search->n * sizeof *search->r);
-    search->j = malloc(count * search->n * sizeof *search->j);
+    AD_TAKE(search, room, 2 * count * search->n);
+    AD_TAKE(search, r, search->n);
+    AD_TAKE(search, j, count * search->n);
     search->ls = (least_squares){.count = count,
                                  .scaling = OPTIM_SCALING_DIAGONAL,
                                  .sum = sum,
@@ -646,7 +648,7 @@ static ad_status prepare(search *search, int sets, const solve_measured *measure
                                  .every = 1,
                                  .descents = 2 * DESCENTS,
                                  .steps = STEPS_MAX};
-    return search->room && search->r && search->j
+    return !search->memory.is_short
                ? least_squares_create(&search->ls, error)
                : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu residuals", search->n);
 }
@@ -655,9 +657,7 @@ static void search_free(search *search)
 {
     solve_trials_free(search->trials);
     least_squares_clear(&search->ls);
-    free(search->room);
-    free(search->r);
-    free(search->j);
+    ad_memory_free(&search->memory);
 }
 
 static ad_status finish(search *search, identified *result, ad_error *error)

@@ -1,5 +1,6 @@
 #include "tools/train/judged_rows.h"
 
+#include "autodiff/memory.h"
 #include "tools/files/file_bytes.h"
 
 #include <ctype.h>
@@ -16,6 +17,7 @@ struct judged_rows {
     const char **words;               /* file, judged of each row */
     double *room;
     char names[2 * MODEL_COLUMNS_MAX][NAME];
+    ad_memory memory;
 };
 
 /* Rows being filled: column c of the model stands in 2 c and 2 c + 1. */
@@ -35,9 +37,7 @@ enum { SINGLE = 7 };
 void measured_rows_free(judged_rows *rows)
 {
     if (rows) {
-        free(rows->file);
-        free(rows->words);
-        free(rows->room);
+        ad_memory_free(&rows->memory);
         free(rows);
     }
 }
@@ -202,10 +202,10 @@ static ad_status make_room(filling *f, size_t *spare, ad_error *error)
     const size_t shapes = of->poses->shapes * of->poses->points * (2 + PLACE);
     judged_rows *to = f->to;
     *spare = each * f->rows;
-    to->room = malloc((*spare + shapes + 1) * sizeof *to->room);
-    to->words = malloc((2 * f->rows + 1) * sizeof *to->words);
-    to->file = malloc(((size_t)of->count + 1) * sizeof *to->file);
-    if (!to->room || !to->words || !to->file) {
+    AD_TAKE(to, room, *spare + shapes + 1);
+    AD_TAKE(to, words, 2 * f->rows + 1);
+    AD_TAKE(to, file, (size_t)of->count + 1);
+    if (to->memory.is_short) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu rows", f->rows);
     }
     for (size_t i = 0; i < *spare; i++) {

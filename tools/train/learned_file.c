@@ -9,9 +9,7 @@
 
 void learned_file_free(learned_file *file)
 {
-    free(file->theta);
-    free(file->covariance);
-    free(file->texts);
+    ad_memory_free(&file->memory);
     *file = (learned_file){.texts = NULL};
 }
 
@@ -95,7 +93,7 @@ static ad_status get_names(const checkpoint *from, learned_file *file, ad_error 
         }
         size += strlen(text[i]) + 1;
     }
-    char *to = file->texts = malloc(size);
+    char *to = AD_TAKE(file, texts, size);
     bool good = true;
     for (int i = 0; to && i < 3; i++) {
         const size_t length = strlen(text[i]) + 1;
@@ -136,9 +134,9 @@ static ad_status get_shape(const checkpoint *from, learned_file *file, ad_error 
 static ad_status get_numbers(const checkpoint *from, learned_file *file, ad_error *error)
 {
     const size_t n = count_of(file), theta = learned_net_count(&file->net);
-    file->theta = malloc(theta * sizeof *file->theta);
-    file->covariance = malloc(n * n * sizeof *file->covariance);
-    if (!file->theta || !file->covariance) {
+    AD_TAKE(file, theta, theta);
+    AD_TAKE(file, covariance, n * n);
+    if (file->memory.is_short) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a residual");
     }
     const struct {

@@ -3,6 +3,7 @@
 #ifndef TOOLS_TRAIN_LEARNED_FILE_H
 #define TOOLS_TRAIN_LEARNED_FILE_H
 
+#include "autodiff/memory.h"
 #include "tools/train/learned_net.h"
 
 enum { LEARNED_COMMON_MAX = 48 };
@@ -21,6 +22,7 @@ typedef struct learned_file {
                          * theta */
     double noise;       /* of a measured number beside it, in its unit; NaN: not known */
     char *texts;        /* of the names */
+    ad_memory memory;
 } learned_file;
 
 /* Atomic. AD_IO, AD_NO_MEMORY. */

@@ -1,5 +1,6 @@
 #include "tools/train/learned_fit.h"
 
+#include "autodiff/memory.h"
 #include "nn/rng.h"
 
 #include <math.h>
@@ -47,6 +48,7 @@ struct learned_fit {
     double last, still; /* the sum before the last step; steps in turn that hardly lowered it */
     least_squares ls;
     ad_error error;
+    ad_memory memory;
 };
 
 size_t learned_fit_count(const learned_fit *fit)
@@ -84,16 +86,7 @@ void learned_fit_free(learned_fit *fit)
     if (!fit) {
         return;
     }
-    double *all[] = {fit->y,       fit->dy,      fit->values,    fit->r,
-                     fit->by,      fit->dx,      fit->g,         fit->rows,
-                     fit->kept,    fit->base[0], fit->base[1],   fit->base[2],
-                     fit->numbers, fit->start,   fit->deviation, fit->covariance};
-    for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
-        free(all[i]);
-    }
-    free(fit->used);
-    free(fit->fitted);
-    free(fit->fold);
+    ad_memory_free(&fit->memory);
     learned_tape_free(fit->tape);
     free(fit);
 }
@@ -483,34 +476,26 @@ static ad_status allocate(learned_fit *fit, const bool *used, ad_error *error)
     const size_t n = fit->of.numbers, points = fit->of.experiments, outputs = outputs_of(fit);
     const size_t theta = fit->count - (size_t)fit->of.common;
     const size_t inputs = fit->net ? (size_t)fit->net->inputs : 0;
-    const struct {
-        double **to;
-        size_t count;
-    } all[] = {{&fit->y, outputs * points},
-               {&fit->dy, outputs * (theta + inputs) * points},
-               {&fit->dx, inputs * (size_t)fit->of.common * points},
-               {&fit->values, points * fit->width},
-               {&fit->r, n},
-               {&fit->by, fit->width * n},
-               {&fit->g, n * fit->count},
-               {&fit->rows, n * fit->count},
-               {&fit->kept, fit->count},
-               {&fit->base[0], points * fit->width},
-               {&fit->base[1], n},
-               {&fit->base[2], fit->width * n},
-               {&fit->numbers, fit->count},
-               {&fit->start, fit->count},
-               {&fit->deviation, n},
-               {&fit->covariance, fit->count * fit->count}};
-    bool good = true;
-    for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
-        *all[i].to = calloc(all[i].count + 1, sizeof **all[i].to);
-        good = good && *all[i].to;
-    }
-    fit->used = malloc((n + 1) * sizeof *fit->used);
-    fit->fitted = malloc((n + 1) * sizeof *fit->fitted);
-    fit->fold = calloc(points + 1, sizeof *fit->fold);
-    if (!good || !fit->used || !fit->fitted || !fit->fold) {
+    AD_TAKE(fit, y, outputs * points);
+    AD_TAKE(fit, dy, outputs * (theta + inputs) * points);
+    AD_TAKE(fit, dx, inputs * (size_t)fit->of.common * points);
+    AD_TAKE(fit, values, points * fit->width);
+    AD_TAKE(fit, r, n);
+    AD_TAKE(fit, by, fit->width * n);
+    AD_TAKE(fit, g, n * fit->count);
+    AD_TAKE(fit, rows, n * fit->count);
+    AD_TAKE(fit, kept, fit->count);
+    AD_TAKE(fit, base[0], points * fit->width);
+    AD_TAKE(fit, base[1], n);
+    AD_TAKE(fit, base[2], fit->width * n);
+    AD_TAKE(fit, numbers, fit->count);
+    AD_TAKE(fit, start, fit->count);
+    AD_TAKE(fit, deviation, n);
+    AD_TAKE(fit, covariance, fit->count * fit->count);
+    AD_TAKE(fit, used, n + 1);
+    AD_TAKE(fit, fitted, n + 1);
+    AD_TAKE(fit, fold, points + 1);
+    if (fit->memory.is_short) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a residual of %zu numbers", n);
     }
     memcpy(fit->used, used, n * sizeof *used);

@@ -1,5 +1,6 @@
 #include "tools/train/learned_rest.h"
 
+#include "autodiff/memory.h"
 #include "nn/rng.h"
 #include "physics/numerics/sort.h"
 #include "physics/scene/scene_values.h"
@@ -36,6 +37,7 @@ struct learned_rest {
     double *measured;  /* [numbers] in its unit */
     learned_fit *last; /* of LEARNED_BOTH */
     double found[MAX]; /* values of the common numbers */
+    ad_memory memory;
 };
 
 void learned_rest_free(learned_rest *rest)
@@ -43,20 +45,7 @@ void learned_rest_free(learned_rest *rest)
     if (rest) {
         solve_trials_free(rest->trials);
         learned_fit_free(rest->last);
-        free(rest->fitted);
-        free(rest->of);
-        free(rest->row);
-        free(rest->noise);
-        free(rest->x);
-        free(rest->parameters);
-        free(rest->values);
-        free(rest->all);
-        free(rest->room);
-        free(rest->used);
-        free(rest->distances);
-        free(rest->place);
-        free(rest->level);
-        free(rest->measured);
+        ad_memory_free(&rest->memory);
         free(rest);
     }
 }
@@ -345,26 +334,21 @@ static ad_status allocate(learned_rest *rest, ad_error *error)
 {
     const size_t n = rest->numbers, points = rest->experiments;
     const size_t unknowns = (size_t)rest->open->unknown_count;
-    rest->fitted = calloc(points + 1, sizeof *rest->fitted);
-    rest->of = calloc(n + 1, sizeof *rest->of);
-    rest->row = calloc(n + 1, sizeof *rest->row);
-    rest->noise = calloc(n + 1, sizeof *rest->noise);
-    rest->x = calloc((size_t)rest->asked.inputs * points + 1, sizeof *rest->x);
-    rest->values = calloc(points * unknowns + 1, sizeof *rest->values);
-    rest->parameters =
-        calloc(points * (size_t)rest->open->parameter_count + 1, sizeof *rest->parameters);
-    rest->all = calloc(n * unknowns + 1, sizeof *rest->all);
-    rest->room = calloc(2 * n * unknowns + 1, sizeof *rest->room);
-    rest->used = calloc(n + 1, sizeof *rest->used);
-    rest->distances = calloc(n + 1, sizeof *rest->distances);
-    rest->place = calloc(n + 1, sizeof *rest->place);
-    rest->level = calloc((size_t)2 * LEARNED_OUTPUTS_MAX, sizeof *rest->level);
-    rest->measured = calloc(n + 1, sizeof *rest->measured);
-    return rest->fitted && rest->of && rest->row && rest->noise && rest->x && rest->values &&
-                   rest->parameters && rest->all && rest->room && rest->used && rest->distances &&
-                   rest->place && rest->level && rest->measured
-               ? AD_OK
-               : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu measured numbers", n);
+    AD_TAKE(rest, fitted, points + 1);
+    AD_TAKE(rest, of, n + 1);
+    AD_TAKE(rest, row, n + 1);
+    AD_TAKE(rest, noise, n + 1);
+    AD_TAKE(rest, x, (size_t)rest->asked.inputs * points + 1);
+    AD_TAKE(rest, values, points * unknowns + 1);
+    AD_TAKE(rest, parameters, points * (size_t)rest->open->parameter_count + 1);
+    AD_TAKE(rest, all, n * unknowns + 1);
+    AD_TAKE(rest, room, 2 * n * unknowns + 1);
+    AD_TAKE(rest, used, n + 1);
+    AD_TAKE(rest, distances, n + 1);
+    AD_TAKE(rest, place, n + 1);
+    AD_TAKE(rest, level, (size_t)2 * LEARNED_OUTPUTS_MAX);
+    AD_TAKE(rest, measured, n + 1);
+    return ad_memory_status(&rest->memory, error, "out of memory for %zu measured numbers", n);
 }
 
 static void shape_nets(learned_rest *rest)

@@ -8,14 +8,10 @@ static const fit_kind descent;
 
 enum { ITEM_NAME = 96 };
 
-static ad_status make_settings(least_squares *ls, ad_error *error)
+static void make_settings(least_squares *ls)
 {
     static const char *const names[] = {"step", "window",   "stage",   "seconds",
                                         "loss", "held_out", "damping", "gradient_norm"};
-    ls->settings = malloc(sizeof *ls->settings);
-    if (!ls->settings) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a fit");
-    }
     *ls->settings = train_settings_default();
     train_stage *stage = &ls->settings->stages[0];
     ls->settings->name = ls->name;
@@ -33,32 +29,30 @@ static ad_status make_settings(least_squares *ls, ad_error *error)
     ls->fit.text_item = "fit/text";
     ls->fit.rows.columns = (int)(sizeof names / sizeof *names);
     memcpy(ls->fit.rows.names, names, sizeof names);
-    return AD_OK;
 }
 
 ad_status least_squares_create(least_squares *ls, ad_error *error)
 {
-    ls->jtj = malloc(ls->count * ls->count * sizeof *ls->jtj);
-    ls->jtr = malloc(2 * ls->count * sizeof *ls->jtr);
-    ls->start = ls->jtr ? ls->jtr + ls->count : NULL;
+    AD_TAKE(ls, jtj, ls->count * ls->count);
+    AD_TAKE(ls, jtr, ls->count);
+    AD_TAKE(ls, start, ls->count);
+    AD_TAKE(ls, settings, 1);
     ls->factor = ad_dense_factor_create(ls->count);
     ls->pool = ad_pool_create(1);
-    const ad_status status =
-        ls->jtj && ls->jtr && ls->factor && ls->pool
-            ? ad_dense_load(error)
-            : ad_fail(error, AD_NO_MEMORY, "out of memory for a fit of %zu numbers", ls->count);
-    return status == AD_OK ? make_settings(ls, error) : status;
+    if (ls->memory.is_short || !ls->factor || !ls->pool) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a fit of %zu numbers", ls->count);
+    }
+    make_settings(ls);
+    return ad_dense_load(error);
 }
 
 void least_squares_clear(least_squares *ls)
 {
-    free(ls->jtj);
-    free(ls->jtr);
     ad_dense_factor_free(ls->factor);
     ad_pool_free(ls->pool);
     optim_free(ls->by);
     fit_free(&ls->fit);
-    free(ls->settings);
+    ad_memory_free(&ls->memory);
 }
 
 static int evaluate(void *context, const double *x, double *value)

@@ -5,6 +5,7 @@
 #define TOOLS_TRAIN_LEAST_SQUARES_H
 
 #include "autodiff/dense.h"
+#include "autodiff/memory.h"
 #include "tools/train/fit.h"
 
 typedef struct least_squares least_squares;
@@ -35,6 +36,7 @@ struct least_squares {
     double *start;       /* [count] */
     train_settings *settings;
     fit fit;
+    ad_memory memory;
 };
 
 /* Allocates; the caller has filled in what comes before jtj, the rest is 0. Either way clear frees

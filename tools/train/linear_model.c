@@ -1,6 +1,7 @@
 #include "tools/train/linear_model.h"
 
 #include "autodiff/dense.h"
+#include "autodiff/memory.h"
 #include "nn/rng.h"
 
 #include <math.h>
@@ -40,6 +41,7 @@ struct linear_model {
     double *factors; /* separate: [outputs] */
     ad_status status;
     ad_error *error;
+    ad_memory memory;
 };
 
 /* ---- choosing ------------------------------------------------------------------------------ */
@@ -178,17 +180,10 @@ void linear_model_describe(const linear_model_info *info, char text[160])
 void linear_model_free(linear_model *m)
 {
     if (m) {
-        free(m->jtr);
-        free(m->matrix);
+        ad_memory_free(&m->memory);
         ad_dense_factor_free(m->factor);
-        free(m->shift);
-        free(m->jt);
-        free(m->r);
-        free(m->z);
         optim_nystrom_free(m->preconditioner);
         optim_cg_free(m->cg);
-        free(m->x);
-        free(m->factors);
         free(m);
     }
 }
@@ -205,9 +200,9 @@ static bool allocate_vectors(linear_model *m)
     m->preconditioner = random ? optim_nystrom_create(m->count, rank, random) : NULL;
     free(random);
     m->cg = optim_cg_create(m->count);
-    m->jtr = calloc(m->count, sizeof *m->jtr);
-    m->x = calloc(m->count, sizeof *m->x);
-    return m->preconditioner && m->cg && m->jtr && m->x;
+    AD_TAKE(m, jtr, m->count);
+    AD_TAKE(m, x, m->count);
+    return m->preconditioner && m->cg && !m->memory.is_short;
 }
 
 static bool allocate(linear_model *m)
@@ -221,19 +216,21 @@ static bool allocate(linear_model *m)
         order = m->info.order;
         m->outputs = m->count / order;
         m->rows = order; /* of r and z */
-        m->factors = calloc(m->outputs, sizeof *m->factors);
-        if (!m->factors) {
+        AD_TAKE(m, factors, m->outputs);
+        if (m->memory.is_short) {
             return false;
         }
     }
-    m->jtr = calloc(m->count, sizeof *m->jtr);
-    m->matrix = calloc(order, order * sizeof *m->matrix);
+    AD_TAKE(m, jtr, m->count);
+    AD_TAKE(m, matrix, order * order);
     m->factor = ad_dense_factor_create(order);
-    m->shift = calloc(order, sizeof *m->shift);
-    m->r = calloc(m->rows, sizeof *m->r);
-    m->z = calloc(m->rows, sizeof *m->z);
-    m->jt = kernel ? calloc(m->count, m->rows * sizeof *m->jt) : NULL;
-    return m->jtr && m->matrix && m->factor && m->shift && m->r && m->z && (!kernel || m->jt);
+    AD_TAKE(m, shift, order);
+    AD_TAKE(m, r, m->rows);
+    AD_TAKE(m, z, m->rows);
+    if (kernel) {
+        AD_TAKE(m, jt, m->count * m->rows);
+    }
+    return m->factor && !m->memory.is_short;
 }
 
 ad_status linear_model_create(problem *p, const linear_model_info *plan, ad_pool *pool,

@@ -26,19 +26,13 @@ typedef struct posing {
     int *set_of;                  /* [poses] where a pose is first */
     size_t *row_of;
     uint64_t *has; /* [poses] a bit for each marker */
+    ad_memory memory;
 } posing;
 
 void measured_poses_free(measured_poses *poses)
 {
     if (poses) {
-        free(poses->pose);
-        free(poses->marker);
-        free(poses->shape);
-        free(poses->set);
-        free(poses->late);
-        free(poses->numbers);
-        free(poses->at);
-        free(poses->inputs);
+        ad_memory_free(&poses->memory);
         free(poses);
     }
 }
@@ -188,15 +182,13 @@ static double *known_of(const measured_poses *to)
 static ad_status make_room(measured_poses *to, size_t parameters, int sets, ad_error *error)
 {
     const size_t rows = to->shapes * to->points;
-    to->shape = malloc((to->shapes + 1) * sizeof *to->shape);
-    to->set = calloc((size_t)sets + 1, sizeof *to->set);
-    to->late = calloc((size_t)sets + 1, sizeof *to->late);
-    to->numbers = calloc(rows * (2 + parameters + PLACE) + 1, sizeof *to->numbers);
-    to->at = malloc((rows + 1) * sizeof *to->at);
-    to->inputs = malloc((rows + 1) * sizeof *to->inputs);
-    return to->shape && to->set && to->late && to->numbers && to->at && to->inputs
-               ? AD_OK
-               : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu poses", to->count);
+    AD_TAKE(to, shape, to->shapes + 1);
+    AD_TAKE(to, set, (size_t)sets + 1);
+    AD_TAKE(to, late, (size_t)sets + 1);
+    AD_TAKE(to, numbers, rows * (2 + parameters + PLACE) + 1);
+    AD_TAKE(to, at, rows + 1);
+    AD_TAKE(to, inputs, rows + 1);
+    return ad_memory_status(&to->memory, error, "out of memory for %zu poses", to->count);
 }
 
 /* Points of a pose, from the row `row` of what is borrowed on. */
@@ -276,33 +268,25 @@ ad_status measured_poses_create(const scene *open, const measurements *data,
                 .sets = measurements_sets(data),
                 .count = measurements_count(data) + measurements_held_out(data)};
     *result = p.to = calloc(1, sizeof *p.to);
-    p.first = malloc(((size_t)p.count + 1) * sizeof *p.first);
-    ad_status status = AD_NO_MEMORY;
-    if (p.to && p.first) {
+    if (p.to && AD_TAKE(&p, first, p.count)) {
         for (int i = 0; i < p.count; i++) {
             p.first[i] = p.to->rows;
             p.to->rows += p.sets[i].rows;
         }
-        const size_t rows = p.to->rows + 1;
-        p.to->pose = malloc(rows * sizeof *p.to->pose);
-        p.to->marker = malloc(rows * sizeof *p.to->marker);
-        p.set_of = malloc(rows * sizeof *p.set_of);
-        p.row_of = malloc(rows * sizeof *p.row_of);
-        p.has = malloc(rows * sizeof *p.has);
-        const bool all = p.to->pose && p.to->marker && p.set_of && p.row_of && p.has;
-        status = all ? AD_OK : AD_NO_MEMORY;
+        AD_TAKE(p.to, pose, p.to->rows);
+        AD_TAKE(p.to, marker, p.to->rows);
+        AD_TAKE(&p, set_of, p.to->rows);
+        AD_TAKE(&p, row_of, p.to->rows);
+        AD_TAKE(&p, has, p.to->rows);
     }
+    const bool has_memory = p.to && !p.to->memory.is_short && !p.memory.is_short;
+    ad_status status = has_memory ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for poses");
     if (status == AD_OK) {
         find_markers(&p);
         find_poses(&p);
         status = make_shapes(&p, error);
-    } else {
-        ad_fail(error, status, "out of memory for poses");
     }
-    free(p.first);
-    free(p.set_of);
-    free(p.row_of);
-    free(p.has);
+    ad_memory_free(&p.memory);
     if (status != AD_OK) {
         measured_poses_free(p.to);
         *result = NULL;

@@ -3,6 +3,7 @@
 #ifndef TOOLS_TRAIN_MEASURED_POSES_H
 #define TOOLS_TRAIN_MEASURED_POSES_H
 
+#include "autodiff/memory.h"
 #include "tools/train/measurements.h"
 
 /* Rows are those of all sets of the measurements, one set after the other. */
@@ -21,6 +22,7 @@ typedef struct measured_poses {
     double *numbers;     /* what the sets borrow */
     size_t *at;
     const solve_inputs **inputs;
+    ad_memory memory;
 } measured_poses;
 
 /* Rows in turn are of one pose while what is known and the time are the same, and so are rows with

@@ -1,5 +1,6 @@
 #include "tools/train/robust.h"
 
+#include "autodiff/memory.h"
 #include "physics/numerics/sort.h"
 
 #include <math.h>
@@ -28,6 +29,7 @@ typedef struct fit_robust {
     solve_trials *trials;     /* without */
     double *residuals, *distances;
     sums sums;
+    ad_memory memory;
 } fit_robust;
 
 /* Weights of a set whose residuals begin there; returns how many these are. */
@@ -84,34 +86,20 @@ static ad_status weigh(fit_robust *x, const double *values, ad_error *error)
 static ad_status create(fit_robust *x, const identify_settings *settings, ad_error *error)
 {
     size_t most = 0;
-    bool complete = true;
     ad_status status = solve_trials_create(x->open, x->sets, x->measured, settings->tolerance,
                                            settings->threads, &x->trials, error);
-    x->weighted = calloc((size_t)x->sets + 1, sizeof *x->weighted);
+    AD_TAKE(x, weighted, x->sets);
     for (int i = 0; i < x->sets && x->weighted; i++) {
         const size_t rows = x->measured[i].rows;
         x->weighted[i] = x->measured[i];
-        x->weighted[i].weight = malloc((rows + 1) * sizeof(double));
-        complete = complete && x->weighted[i].weight;
+        AD_TAKE(x, weighted[i].weight, rows);
         most = rows > most ? rows : most;
     }
     const size_t count = status == AD_OK ? solve_trials_residuals(x->trials) : 0;
-    x->residuals = malloc((count + 1) * sizeof *x->residuals);
-    x->distances = malloc((most + 1) * sizeof *x->distances);
-    return status != AD_OK || (x->weighted && complete && x->residuals && x->distances)
-               ? status
-               : ad_fail(error, AD_NO_MEMORY, "out of memory for weights");
-}
-
-static void clear(fit_robust *x)
-{
-    for (int i = 0; i < x->sets && x->weighted; i++) {
-        free((double *)x->weighted[i].weight);
-    }
-    free(x->weighted);
-    free(x->residuals);
-    free(x->distances);
-    solve_trials_free(x->trials);
+    AD_TAKE(x, residuals, count);
+    AD_TAKE(x, distances, most);
+    return status == AD_OK ? ad_memory_status(&x->memory, error, "out of memory for weights")
+                           : status;
 }
 
 /* By how many deviations the values have moved. */
@@ -169,6 +157,7 @@ ad_status identify_robust(const scene *open, int sets, const solve_measured *mea
         status = weigh(&x, result->value, error);
         correct_deviations(&x.sums, result);
     }
-    clear(&x);
+    ad_memory_free(&x.memory);
+    solve_trials_free(x.trials);
     return status;
 }

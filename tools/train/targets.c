@@ -1,5 +1,6 @@
 #include "tools/train/targets.h"
 
+#include "autodiff/memory.h"
 #include "physics/numerics/distance.h"
 #include "physics/numerics/sort.h"
 #include "tools/train/clock.h"
@@ -26,6 +27,7 @@ typedef struct members {
     double *x;         /* [parameters][count], dimensionless */
     double *curvature; /* [count][nodes][3] */
     double *values;    /* [count][TARGETS_POINTS][SOLVE_MEMBERS_COLUMNS]; NULL: not wanted */
+    ad_memory memory;
 } members;
 
 struct targets {
@@ -47,20 +49,21 @@ struct targets {
     double *x, *si, *curvature, *refined, *values;
     solve_member *results;
     solve_answer *answers;
+    ad_memory memory;
 };
 
 /* ---- making -------------------------------------------------------------------------------- */
 
 static bool make_room(targets *t)
 {
-    t->x = malloc(t->parameters * BATCH * sizeof *t->x);
-    t->si = malloc(t->parameters * BATCH * sizeof *t->si);
-    t->curvature = malloc(t->rows * BATCH * sizeof *t->curvature);
-    t->refined = malloc(t->rows * BATCH * sizeof *t->refined);
-    t->values = malloc((size_t)TARGETS_POINTS * SOLVE_MEMBERS_COLUMNS * BATCH * sizeof *t->values);
-    t->results = malloc(BATCH * sizeof *t->results);
-    t->answers = malloc(BATCH * sizeof *t->answers);
-    return t->x && t->si && t->curvature && t->refined && t->values && t->results && t->answers;
+    AD_TAKE(t, x, t->parameters * BATCH);
+    AD_TAKE(t, si, t->parameters * BATCH);
+    AD_TAKE(t, curvature, t->rows * BATCH);
+    AD_TAKE(t, refined, t->rows * BATCH);
+    AD_TAKE(t, values, (size_t)TARGETS_POINTS * SOLVE_MEMBERS_COLUMNS * BATCH);
+    AD_TAKE(t, results, BATCH);
+    AD_TAKE(t, answers, BATCH);
+    return !t->memory.is_short;
 }
 
 static ad_status make_family(targets *t, ad_error *error)
@@ -116,28 +119,15 @@ ad_status targets_create(const scene *family, const targets_settings *settings, 
     return AD_OK;
 }
 
-static void members_free(members *m)
-{
-    free(m->x);
-    free(m->curvature);
-    free(m->values);
-}
-
 void targets_free(targets *t)
 {
     if (t) {
         family_network_free(t->network);
-        members_free(&t->solved);
-        members_free(&t->fresh);
+        ad_memory_free(&t->solved.memory);
+        ad_memory_free(&t->fresh.memory);
         family_free(t->family);
         solve_members_free(t->solver);
-        free(t->x);
-        free(t->si);
-        free(t->curvature);
-        free(t->refined);
-        free(t->values);
-        free(t->results);
-        free(t->answers);
+        ad_memory_free(&t->memory);
         free(t);
     }
 }
@@ -276,11 +266,13 @@ static ad_status draw_members(targets *t, sampling_kind sampler, nn_rng *rng, me
 static bool make_members(const targets *t, size_t count, bool with_values, members *m)
 {
     const size_t width = (size_t)TARGETS_POINTS * SOLVE_MEMBERS_COLUMNS;
-    m->count = count;
-    m->x = malloc(t->parameters * count * sizeof *m->x);
-    m->curvature = malloc(t->rows * count * sizeof *m->curvature);
-    m->values = with_values ? malloc(width * count * sizeof *m->values) : NULL;
-    return m->x && m->curvature && (m->values || !with_values);
+    *m = (members){.count = count};
+    AD_TAKE(m, x, t->parameters * count);
+    AD_TAKE(m, curvature, t->rows * count);
+    if (with_values) {
+        AD_TAKE(m, values, width * count);
+    }
+    return !m->memory.is_short;
 }
 
 /* The pool of a file; what has no solution is left out. */
@@ -403,7 +395,7 @@ static ad_status fill_fresh(targets *t, const model_draw *draw, ad_error *error)
         }
         put_target(t, draw, k, own.curvature + k * t->rows);
     }
-    members_free(&own);
+    ad_memory_free(&own.memory);
     return status;
 }
 
