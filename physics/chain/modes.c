@@ -203,6 +203,9 @@ static ad_status set_modes(modes *m, const mesh *mesh, const solve_parameters *o
             m->element[i].width = (m->size + QUAD - 1) / QUAD * QUAD;
         }
     }
+    m->end.first = m->size;
+    m->end.directions = modes_end_directions(m->rod);
+    m->size += m->end.directions;
     m->width = (m->size + QUAD - 1) / QUAD * QUAD;
     if (status == AD_OK && m->is_locked && m->rod->rest_moves && !fed) {
         status = ad_fail(error, AD_BAD_INPUT,
@@ -214,7 +217,7 @@ static ad_status set_modes(modes *m, const mesh *mesh, const solve_parameters *o
 
 static void set_values(modes *m, const mesh *mesh)
 {
-    for (int a = 0; a < m->size; a++) {
+    for (int a = 0; a < m->end.first; a++) {
         const modes_mode *mode = &m->mode[a];
         const bool turns = a < m->hinges;
         const double from = turns ? 0 : mesh->edges[mode->first_element - m->hinges];
@@ -257,6 +260,8 @@ static ad_status allocate(modes *m, ad_error *error)
     m->theta = rows(points * 3 * width, sizeof(double), &failed);
     m->rho = rows(points * 3 * width, sizeof(double), &failed);
     m->mass = rows((width + QUAD) * width, sizeof(double), &failed);
+    m->end.faster = rows(6 * width, sizeof(double), &failed);
+    m->end.room = rows(12 * (size_t)m->size, sizeof(double), &failed);
     m->branch.stretch = rows(width, sizeof(double), &failed);
     m->branch.rate = rows(width, sizeof(double), &failed);
     m->branch.rest_rate = rows(width, sizeof(double), &failed);
@@ -347,6 +352,7 @@ static ad_status fill(modes *m, const solve_parameters *open, int finer, ad_erro
     if (status == AD_OK) {
         status = modes_at(m, 0, open ? open->values : NULL, error);
     }
+    status = status == AD_OK ? modes_end_find(m, error) : status;
     solve_quadrature_free(x.places);
     free(x.edges);
     return status;
@@ -402,6 +408,8 @@ void modes_free(modes *m)
                                m->feed.trial,
                                m->feed.q,
                                m->longer,
+                               m->end.faster,
+                               m->end.room,
                                m->guides,
                                m->friction.rub,
                                m->friction.left,

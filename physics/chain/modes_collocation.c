@@ -289,13 +289,13 @@ bool collocation_factor(collocation *collocation, double h)
     return done;
 }
 
-/* Rates count, as the errors of many short steps add up in them. */
+/* Rates count, as the errors of many short steps add up in them; reactions follow from both. */
 double collocation_change(collocation *collocation, double h)
 {
     const collocation_method *by = &collocation->by;
     const int n = collocation->size;
     double most = 0;
-    for (int c = 0; c < n; c++) {
+    for (int c = 0; c < collocation->m->end.first; c++) {
         for (int i = 0; i < by->rule.stages; i++) {
             double once = 0, twice = 0;
             for (int j = 0; j < by->rule.stages; j++) {
@@ -408,7 +408,7 @@ static double estimate(collocation *collocation, double h)
         }
     }
     solve_factored(n, &collocation->solve[0], re, im);
-    for (int c = 0; c < n; c++) {
+    for (int c = 0; c < collocation->m->end.first; c++) {
         most = fabs(re[c]) > most || isnan(re[c]) ? fabs(re[c]) : most;
     }
     return most * 0.25 / by->rule.stages / by->rule.stages; /* twice integrated */

@@ -43,6 +43,7 @@ static const char *refused(const modes *m)
            : quantity_any_something(3, given->loads.magnetic_moment) ? "a magnetised rod"
            : given->rod.law                                          ? "a law of the section"
            : m->branch.count > 0   ? "a Maxwell branch of the material"
+           : m->end.directions > 0 ? "an end that is held"
            : m->rod->lengths > 0   ? "tendons of given displacement"
            : m->rod->frictions > 0 ? "friction of tendons"
            : quantity_any_something(3, given->initial.velocity) ||

@@ -137,6 +137,14 @@ static ad_status give_start(modes *m, ad_error *error)
     return status;
 }
 
+static ad_status give_end(modes *m, ad_error *error)
+{
+    const double s = 1;
+    ad_status status = part(m, SOLVE_END, 1, &s, (double *)&m->end.given, error);
+    modes_end_given(m);
+    return status;
+}
+
 /* Whether tendons run elsewhere in the sections than before. */
 static bool guides_moved(modes *m)
 {
@@ -210,6 +218,9 @@ ad_status modes_give(modes *m, double t, const double *inputs, ad_error *error)
     }
     if (status == AD_OK && due[SOLVE_START]) {
         status = give_start(m, error);
+    }
+    if (status == AD_OK && due[SOLVE_END] && m->end.directions > 0) {
+        status = give_end(m, error);
     }
     if (status == AD_OK && due[SOLVE_JUMPS]) {
         status = give_jumps(m, error);

@@ -118,7 +118,7 @@ typedef struct modes_element {
 struct modes {
     solve_rod *rod;
     modes_counts counts;
-    int size, width; /* modes; padded to fours */
+    int size, width; /* modes and reactions of a held end; padded to fours */
     int pieces;
     int hinges; /* the first so many elements: of no extent and no mass, each turns about an axis */
     double upright[4];            /* with hinges: rotation at s = 0 of modes that are all 0 */
@@ -195,11 +195,24 @@ struct modes {
         double *rate, *rest_rate; /* [size] one over its time, and what the rest shape adds */
         double *by;               /* [width] rows: the residual by the stretch */
     } branch;
-    double *mass; /* [width] */
+    struct modes_end {     /* held at s = 1 (modes_end.c) */
+        int directions;    /* that the end holds; 0: none */
+        int first, count;  /* reactions stand behind so many modes; how many of them */
+        double hold[6][6]; /* [count] their directions, unit: force and moment, world */
+        solve_end_state given;
+        double spin[3], spin_rate[3]; /* of that, world */
+        double reaction[6];           /* force and moment on the rod, world */
+        double freedom; /* of modes_end_hold: the least square of what modes move it by in a
+                         * direction, over the largest */
+        double *faster; /* [6][width] velocity and spin of the tip by the modes */
+        double *room;   /* [12][size] */
+    } end;
+    double *mass; /* [width]; by modes_linearise with what reactions do to the modes */
     double *room; /* work of modes_matrix.c */
 };
 
-/* Where the rod is and how it moves with modes q, rates v and accelerations a [size] (NULL: 0). */
+/* Where the rod is and how it moves with modes q, rates v and accelerations a [size] (NULL: 0).
+ * Reactions of a held end are entries of a alone: those of q and v are never read. */
 void modes_shape(modes *m, const double *q, const double *v, const double *a);
 
 /* Of that shape: forces, and the residual [size] of the equations of motion,
@@ -228,14 +241,21 @@ ad_status modes_set_ranges(modes *m, const double *low, const double *high, ad_e
 ad_status modes_by_inputs(modes *m, double t, const double *q, const double *v, const double *a,
                           double *by_inputs, ad_error *error);
 
-/* x [size]: the right side, then the solution, of a matrix that is factored. */
+/* L of a positive definite matrix [n rows of width], of which the lower triangle counts, in place;
+ * false: it is not. x [n]: the right side, then the solution, of a matrix that is factored. */
+bool modes_factor(int n, int width, double *A);
+void modes_back(int n, int width, const double *L, double *x);
+
+/* The same x [size] of a matrix [size rows of width]. */
 void modes_solve_factored(const modes *m, const double *matrix, double *x);
 
 /* What a turn of 1 rad counts for in least squares beside a displacement of the length. */
 static const double MODES_TURN = 0.09;
 
-/* The accelerations a [size] of a state at the present time; false: the mass is not positive. */
+/* The accelerations a [size] of a state at the present time, with reactions; false: the mass is not
+ * positive, or modes do not move the end where it is held. */
 bool modes_accelerations(modes *m, const double *q, const double *v, double *a);
+ad_status modes_accelerations_fail(const modes *m, ad_error *error); /* AD_NOT_FINITE */
 
 /* A state and the motion near it: [size] and [size][width] each. */
 typedef struct modes_linear {
@@ -315,6 +335,43 @@ ad_status modes_turn_find(modes *m, const solve_parameters *open, ad_error *erro
 void modes_turn_take(modes *m, const double *q, const double *v, const double *a);
 double modes_turn_residual(const modes *m);
 void modes_turn_derivatives(modes *m, double *by_q, double *by_v);
+
+/* ---- an end that is held (modes_end.c) ---- */
+
+/* In how many directions, of 6, the end of a rod is held. */
+int modes_end_directions(const solve_rod *rod);
+
+/* Which of them modes move: their reactions. AD_BAD_INPUT: more than there are modes. */
+ad_status modes_end_find(modes *m, ad_error *error);
+
+/* What follows from the prescribed state as it was given. */
+void modes_end_given(modes *m);
+
+/* The reactions of a [size] (NULL: 0); adds them to what acts at the tip. */
+void modes_end_react(modes *m, const double *a);
+void modes_end_push(modes *m);
+
+/* Of the shape as it is: by how much it is off what is held, the largest, over the length or in
+ * rad; the residual of the reactions, and what they are in derivatives and the mass; the power of
+ * what moves the end. modes_end_keep before: what modes change spin and velocity of the tip by,
+ * rates held, rows [3] each. */
+double modes_end_off(const modes *m);
+double modes_end_off_at(const modes *m, const double r[3], const double q[4]);
+void modes_end_keep(modes *m, const double *spin, const double *velocity);
+void modes_end_residual(const modes *m, double *residual);
+void modes_end_derivatives(modes *m, double *by_q, double *by_v);
+double modes_end_power(const modes *m);
+
+/* AD_NOT_FINITE, where modes_end_hold is false. */
+ad_status modes_end_fail(ad_error *error);
+
+/* What is missing of the prescribed pose (derivative 0), velocity (1) or acceleration (2). */
+void modes_end_missing(const modes *m, int derivative, double missing[6]);
+
+/* Adds to x [size] M^-1 G^T reaction [count] (NULL: not wanted), so that G x is what is missing:
+ * M by its factor [size rows of width], G of theta and rho. false: G has not full rank. */
+bool modes_end_hold(modes *m, const double *factor, const double missing[6], double *x,
+                    double *reaction);
 
 /* ---- friction of tendons (modes_friction.c) ---- */
 

@@ -107,7 +107,7 @@ PROCESSOR_INLINE void change_motion(modes *m, int e, changes *changes)
         integrate_rows(m, e, used, changes->edge + (6 + k) * width, changes->rate + k * width,
                        6 * width, changes->spin_rate + k * width, 6 * width);
     }
-    const bool velocity = m->rod->along.by_velocity || m->inertia_couples;
+    const bool velocity = m->rod->along.by_velocity || m->inertia_couples || m->end.count > 0;
     for (int i = 0; i < n && velocity; i++) {
         const modes_point *at = &m->point[first + i];
         for (int c = 0; c < used; c += QUAD) {
@@ -542,6 +542,9 @@ FOR_EACH_PROCESSOR static void find_derivatives(modes *m, double *by_q, double *
         }
         change_forces(m, e, &x);
     }
+    if (m->end.count > 0) {
+        modes_end_keep(m, x.edge, x.edge + 3 * width);
+    }
     double *forces = x.rate, *moments = x.spin_rate, *beyond = x.edge, *sections = x.spin;
     memset(beyond, 0, (size_t)(12 * width) * sizeof *beyond);
     for (int e = m->elements - 1; e >= 0; e--) {
@@ -579,6 +582,9 @@ void modes_linearise(modes *m, const double *q, const double *v, const double *a
     modes_derivatives(m, by_q, by_v);
     if (m->branch.count > 0) {
         modes_branch_derivatives(m);
+    }
+    if (m->end.count > 0) {
+        modes_end_derivatives(m, by_q, by_v);
     }
     if (m->feed.mode >= 0) {
         modes_feed_derivatives(m, q, v, a, by_q, by_v);

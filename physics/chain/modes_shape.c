@@ -159,6 +159,9 @@ void modes_shape(modes *m, const double *q, const double *v, const double *a)
     if (m->turn.mode >= 0) {
         modes_turn_take(m, q, v, a);
     }
+    if (m->end.count > 0) {
+        modes_end_react(m, a);
+    }
     memcpy(turn, start->rotation, sizeof turn);
     rotation_matrix(turn, R);
     memcpy(edge.r, start->position, sizeof edge.r);
@@ -465,6 +468,9 @@ void modes_forces(modes *m, bool derive, double *residual)
         add_loads(&m->point[p]);
     }
     add_acting(m);
+    if (m->end.count > 0) {
+        modes_end_push(m);
+    }
     if (m->rod->lengths > 0) {
         find_tensions(m, derive);
     }
@@ -486,6 +492,9 @@ void modes_forces(modes *m, bool derive, double *residual)
     for (int k = 0; k < 3; k++) {
         m->base[0][k] = -beyond[0][k];
         m->base[1][k] = -beyond[1][k];
+    }
+    if (m->end.count > 0) {
+        modes_end_residual(m, residual);
     }
     if (m->feed.mode >= 0) {
         residual[m->feed.mode] = modes_feed_residual(m);
@@ -554,6 +563,7 @@ void modes_power_now(const modes *m, double *load, double *dissipation)
     *load = vector_dot(m->base[0], m->start.velocity) + vector_dot(m->base[1], spin);
     *load += m->feed.mode >= 0 ? modes_feed_power(m) : 0;
     *load += m->turn.mode >= 0 ? m->turn.moment * m->turn.now[1] : 0;
+    *load += m->end.count > 0 ? modes_end_power(m) : 0;
     *dissipation = 0;
     for (int k = 0; k < jumps->count; k++) {
         if (m->jump_at[k] >= 0) {

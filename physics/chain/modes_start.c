@@ -6,8 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* L of a positive definite matrix [n rows of width], in place; false: it is not. */
-static bool factor(int n, int width, double *A)
+bool modes_factor(int n, int width, double *A)
 {
     for (int i = 0; i < n; i++) {
         for (int j = 0; j <= i; j++) {
@@ -24,7 +23,7 @@ static bool factor(int n, int width, double *A)
     return true;
 }
 
-static void solve(int n, int width, const double *L, double *x)
+void modes_back(int n, int width, const double *L, double *x)
 {
     for (int i = 0; i < n; i++) {
         for (int k = 0; k < i; k++) {
@@ -44,16 +43,16 @@ static void solve(int n, int width, const double *L, double *x)
  * of which the lower triangle counts and is overwritten; false: it is not. */
 static bool solve_positive(const modes *m, double *matrix, double *x)
 {
-    const bool done = factor(m->size, m->width, matrix);
+    const bool done = modes_factor(m->size, m->width, matrix);
     if (done) {
-        solve(m->size, m->width, matrix, x);
+        modes_back(m->size, m->width, matrix, x);
     }
     return done;
 }
 
 void modes_solve_factored(const modes *m, const double *matrix, double *x)
 {
-    solve(m->size, m->width, matrix, x);
+    modes_back(m->size, m->width, matrix, x);
 }
 
 /* Adds a row [size], which counts `by` and is off by `off`, to normal equations: the lower triangle
@@ -108,6 +107,21 @@ static void leave(const modes *m, int mode, double *matrix, double *right)
     }
 }
 
+/* Reactions of a held end are not sought; nor are, of rods that drives move, their modes. */
+static void leave_reactions(const modes *m, double *matrix, double *right)
+{
+    for (int k = m->end.first; k < m->size; k++) {
+        leave(m, k, matrix, right);
+    }
+}
+
+static void leave_drives(const modes *m, double *matrix, double *right)
+{
+    for (int drive = 0; drive < MODES_DRIVES; drive++) {
+        leave(m, modes_driven(m, drive), matrix, right);
+    }
+}
+
 /* As much as is out at the present time and inputs. */
 static void begin_feed(const modes *m, double *q, double *v)
 {
@@ -139,9 +153,80 @@ static double normal_equations(modes *m, const solve_initial *given, bool moving
             add_row(m, weight * (k < 3 ? 1 : MODES_TURN), row, off[k], matrix, right);
         }
     }
+    leave_reactions(m, matrix, right);
     leave(m, m->feed.mode, matrix, right); /* a base that is turned is so by its drive after all */
     return most;
 }
+
+/* ---- a held end ---------------------------------------------------------------------------- */
+
+/* To the mass what strains resist with: of the modes that move an end as much as they should those
+ * are wanted that store little, so that no stretch makes up for what is left of bending. */
+static void add_stiffness(const modes *m, double *matrix)
+{
+    for (int p = 0; p < m->points; p++) {
+        const modes_point *at = &m->point[p];
+        for (int a = 0; a < m->end.first && at->weight > 0; a++) {
+            const double value = m->value[p * m->width + a];
+            matrix[a * m->width + a] +=
+                at->weight * at->stiffness[m->mode[a].strain] * value * value;
+        }
+    }
+}
+
+/* How x [size] has to change for the end to move by what is missing of the derivative-th of its
+ * motion as it is; work: matrix [size][width]. */
+static bool change_end(modes *m, int derivative, double *matrix, double *x)
+{
+    double missing[6];
+    modes_mass(m);
+    memcpy(matrix, m->mass, (size_t)(m->size * m->width) * sizeof *matrix);
+    memset(x, 0, (size_t)m->size * sizeof *x);
+    if (derivative == 0) {
+        add_stiffness(m, matrix);
+    }
+    leave_reactions(m, matrix, x);
+    leave_drives(m, matrix, x);
+    modes_end_missing(m, derivative, missing);
+    return modes_factor(m->size, m->width, matrix) && modes_end_hold(m, matrix, missing, x, NULL);
+}
+
+/* Whether a given state has the end where it is held. */
+static ad_status check_given(const modes *m, const solve_initial *given, ad_error *error)
+{
+    const double most = 1e-2; /* of states that were computed or seen */
+    const double off = modes_end_off_at(m, given->position, given->rotation);
+    return off <= most
+               ? AD_OK
+               : ad_fail(error, AD_NOT_FINITE,
+                         "boundary.end: the state to start from is off what it holds by %.2g of "
+                         "the length or rad; allowed: one that agrees",
+                         off);
+}
+
+/* From modes q to such as meet the end; v [size] is 0. */
+static bool meet_end(modes *m, double *q, const double *v, double *matrix, double *right)
+{
+    enum { STEPS = 30 };
+    const double near = 1e-13, good = 1e-10;
+    double off = INFINITY, before = INFINITY;
+    bool done = true;
+    for (int step = 0; step < STEPS && done && m->end.count > 0; step++) {
+        modes_shape(m, q, v, NULL);
+        off = modes_end_off(m);
+        if (off < near || (step > 2 && !(off < before))) {
+            break;
+        }
+        before = off;
+        done = change_end(m, 0, matrix, right);
+        for (int a = 0; a < m->size && done; a++) {
+            q[a] += right[a];
+        }
+    }
+    return done && (m->end.count == 0 || off < good);
+}
+
+/* ---- fits ---------------------------------------------------------------------------------- */
 
 /* The rates v [size] that come nearest to a motion given at the points [points], of modes q; work:
  * matrix [size][width], right [size]. */
@@ -163,6 +248,13 @@ static bool fit_rates(modes *m, const solve_initial *given, const double *q, dou
     if (m->turn.mode >= 0) {
         v[m->turn.mode] = 0;
     }
+    if (m->end.count > 0 && done) {
+        modes_shape(m, q, v, NULL);
+        done = change_end(m, 1, matrix, right);
+        for (int a = 0; a < n; a++) {
+            v[a] += right[a];
+        }
+    }
     return done;
 }
 
@@ -175,8 +267,11 @@ static ad_status fit(modes *m, const solve_initial *given, double *q, double *v,
     double *matrix = calloc((size_t)(n + 2) * (size_t)m->width, sizeof *matrix);
     double *right = matrix ? matrix + n * m->width : NULL, before = INFINITY;
     bool done = matrix != NULL;
-    if (!done) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a start");
+    const ad_status status = done ? check_given(m, &given[m->points - 1], error)
+                                  : ad_fail(error, AD_NO_MEMORY, "out of memory for a start");
+    if (status != AD_OK) {
+        free(matrix);
+        return status;
     }
     memset(v, 0, (size_t)n * sizeof *v);
     for (int step = 0; step < STEPS && done; step++) {
@@ -193,10 +288,13 @@ static ad_status fit(modes *m, const solve_initial *given, double *q, double *v,
             q[a] += part * right[a];
         }
     }
-    done = done && fit_rates(m, given, q, v, matrix, right);
+    const bool moves =
+        done && meet_end(m, q, v, matrix, right) && fit_rates(m, given, q, v, matrix, right);
     free(matrix);
-    return done ? AD_OK
-                : ad_fail(error, AD_NOT_FINITE, "modes for the initial shape are not found");
+    return moves ? AD_OK
+           : done && m->end.count > 0
+               ? modes_end_fail(error)
+               : ad_fail(error, AD_NOT_FINITE, "modes for the initial shape are not found");
 }
 
 /* Legendre's polynomials are orthogonal in the sums of Gauss. */
@@ -209,7 +307,7 @@ void modes_project(const modes *m, const double (*strains)[MODES_STRAINS], doubl
     for (int p = 0; p < m->points; p++) {
         const modes_point *at = &m->point[p];
         const double of_feed = m->feed.mode >= 0 ? m->value[p * m->width + m->feed.mode] : 0;
-        for (int a = 0; a < m->size && at->weight > 0; a++) {
+        for (int a = 0; a < m->end.first && at->weight > 0; a++) {
             const double value = at->weight * m->value[p * m->width + a];
             const int c = m->mode[a].strain;
             const double off = c == MODES_V + 2 ? fed * of_feed : 0;
@@ -336,9 +434,7 @@ static bool is_stable(const modes *m, const modes_linear *linear)
             linear->factor[at] = 0.5 * (linear->by_q[at] + linear->by_q[j * m->width + i]);
         }
     }
-    for (int drive = 0; drive < MODES_DRIVES; drive++) {
-        leave(m, modes_driven(m, drive), linear->factor, linear->residual);
-    }
+    leave_drives(m, linear->factor, linear->residual);
     return solve_positive(m, linear->factor, linear->residual);
 }
 
@@ -380,6 +476,7 @@ bool modes_accelerations(modes *m, const double *q, const double *v, double *a)
 {
     const bool drives = m->feed.mode >= 0 || m->turn.mode >= 0;
     double *given = m->feed.trial, driven[MODES_DRIVES] = {0}; /* accelerations, by no other one */
+    double missing[6];
     modes_shape(m, q, v, NULL);
     memset(given, 0, drives ? (size_t)m->size * sizeof *given : 0);
     for (int drive = 0; drive < MODES_DRIVES; drive++) {
@@ -391,21 +488,33 @@ bool modes_accelerations(modes *m, const double *q, const double *v, double *a)
     if (drives) {
         modes_shape(m, q, v, given);
     }
+    if (m->end.count > 0) {
+        modes_end_missing(m, 2, missing);
+    }
     modes_forces(m, false, a);
     modes_mass(m);
     for (int k = 0; k < m->size; k++) {
         a[k] = -a[k];
     }
-    for (int drive = 0; drive < MODES_DRIVES; drive++) {
-        leave(m, modes_driven(m, drive), m->mass, a);
+    leave_reactions(m, m->mass, a);
+    leave_drives(m, m->mass, a);
+    bool done = solve_positive(m, m->mass, a);
+    if (m->end.count > 0 && done) {
+        done = modes_end_hold(m, m->mass, missing, a, a + m->end.first);
     }
-    const bool done = solve_positive(m, m->mass, a);
     for (int drive = 0; drive < MODES_DRIVES; drive++) {
         if (modes_driven(m, drive) >= 0) {
             a[modes_driven(m, drive)] = driven[drive];
         }
     }
     return done;
+}
+
+ad_status modes_accelerations_fail(const modes *m, ad_error *error)
+{
+    return m->end.count > 0
+               ? modes_end_fail(error)
+               : ad_fail(error, AD_NOT_FINITE, "the mass matrix of the modes is singular");
 }
 
 /* Rows around a place, whose polynomial goes through them: strains are derivatives of it. */

@@ -68,6 +68,22 @@ static ad_status check_lengths(const scene *open, ad_error *error)
     return AD_OK;
 }
 
+/* Reactions of an end are no states. */
+static ad_status check_end(const scene *open, ad_error *error)
+{
+    static const char *const ends[] = {"a held end", "a sliding end", "a driven end"};
+    char text[sizeof error->message];
+    for (size_t i = 0; i < sizeof ends / sizeof *ends; i++) {
+        const int feature = support_feature_find(ends[i]);
+        const char *key = support_key(open, feature);
+        if (key) {
+            support_sentence(feature, SUPPORT_ONE_STEP, text, sizeof text);
+            return ad_fail(error, AD_BAD_ARGUMENT, "%s: %s", key, text);
+        }
+    }
+    return AD_OK;
+}
+
 /* What turns the base is a mode, and formulas have 0 in its place. */
 static ad_status check_turn(const scene *open, ad_error *error)
 {
@@ -106,6 +122,7 @@ static ad_status create_model(reduced_rod *rod, const reduced_settings *settings
     }
     ad_status status = check_lengths(open, error);
     status = status == AD_OK ? check_turn(open, error) : status;
+    status = status == AD_OK ? check_end(open, error) : status;
     if (status != AD_OK) {
         return status;
     }
@@ -403,7 +420,7 @@ ad_status reduced_rate(reduced_rod *rod, double t, const double *state, const do
     ad_status status = go_to(rod, t, state, inputs, error);
     modes_stretch(rod->m, rod->d);
     if (status == AD_OK && !modes_accelerations(rod->m, rod->q, rod->v, rod->a)) {
-        status = ad_fail(error, AD_NOT_FINITE, "the mass matrix of the modes is singular");
+        status = modes_accelerations_fail(rod->m, error);
     }
     if (status == AD_OK && (by_state || by_inputs)) {
         status = differentiate(rod, t, by_inputs != NULL, error);

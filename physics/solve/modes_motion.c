@@ -24,6 +24,7 @@ struct modes_solution {
     solve_energy *all;      /* [times.count] */
     solve_energy *energies; /* [times.given] */
     double initial;         /* energy */
+    double may_be_off;      /* what a held end may be, over the length or in rad */
     double *room;           /* [2][STATES][size] */
     long steps;
     double work, reached;
@@ -72,6 +73,19 @@ static ad_status create(solve_rod *rod, const modes_counts *counts, int finer, s
                : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu times", count);
 }
 
+/* Of the shape as it is: whether a held end is where it should be. */
+static ad_status check_end(const modes_solution *solution, ad_error *error)
+{
+    const modes *m = solution->m;
+    const double off = modes_end_off(m);
+    return off <= solution->may_be_off
+               ? AD_OK
+               : ad_fail(error, AD_NOT_FINITE,
+                         "boundary.end: at t = %g s the modes are off what it holds by %.2g of the "
+                         "length or rad; allowed: more modes",
+                         m->time * m->rod->scales.time, off);
+}
+
 /* Where the rod is at one of the times, q [STATES][size], with `energy` as it is then. */
 static ad_status take(modes_solution *solution, size_t which, const double *q,
                       const solve_energy *energy, ad_error *error)
@@ -85,11 +99,12 @@ static ad_status take(modes_solution *solution, size_t which, const double *q,
     memcpy(to, q, STATES * size * sizeof *to);
     modes_stretch(solution->m, q + 2 * size);
     modes_shape(solution->m, q, q + size, NULL);
+    status = check_end(solution, error);
     const solve_energy now = modes_energy_now(solution->m);
     const double before = solution->initial + energy->work - energy->dissipated;
     solution->all[which] = (solve_energy){now.kinetic, now.strain, energy->work, energy->dissipated,
                                           now.kinetic + now.strain - before};
-    return AD_OK;
+    return status;
 }
 
 static ad_status begin(modes_solution *solution, const solve_settings *settings, double *q,
@@ -110,8 +125,19 @@ static ad_status begin(modes_solution *solution, const solve_settings *settings,
         modes_shape(solution->m, q, v, NULL);
         const solve_energy now = modes_energy_now(solution->m);
         solution->initial = now.kinetic + now.strain;
+        status = check_end(solution, error);
     }
     return status;
+}
+
+/* Whether a held end has run into what its modes hardly give way to, or not at all. */
+static bool is_stuck(const modes_solution *solution, double t, const double *q, const double *v)
+{
+    modes *m = solution->m;
+    ad_error unused;
+    return m->end.count > 0 && modes_at(m, t, NULL, &unused) == AD_OK &&
+           (!modes_accelerations(m, q, v, solution->room + STATES * (size_t)m->size) ||
+            m->end.freedom < 1e-6);
 }
 
 /* Through all times, with a stop at each instant that no step may pass. */
@@ -125,6 +151,7 @@ static ad_status go(modes_solution *solution, const solve_settings *settings, do
     size_t next = 0, event = 0;
     solve_energy energy = {0};
     collocation *steps = NULL;
+    solution->may_be_off = fmax(1e-5, 100 * tolerance);
     ad_status status = begin(solution, settings, q, v, error);
     memset(d, 0, size * sizeof *d); /* of a rod that has rested */
     status = status == AD_OK ? collocation_create(solution->m, STAGES, &steps, error) : status;
@@ -145,6 +172,9 @@ static ad_status go(modes_solution *solution, const solve_settings *settings, do
             status = take(solution, next, at, &then, error);
         }
         solution->reached = status == AD_OK ? t : solution->reached;
+        if (status == AD_NOT_FINITE && is_stuck(solution, t, q, v)) {
+            status = modes_end_fail(error);
+        }
     }
     if (steps) {
         const collocation_counts counts = collocation_counts_of(steps);
@@ -167,7 +197,7 @@ ad_status modes_motion_at(const modes_solution *solution, size_t which, size_t n
     ad_status status = modes_at(solution->m, solution->times.all[at], NULL, error);
     modes_stretch(solution->m, v + size);
     if (status == AD_OK && !modes_accelerations(solution->m, q, v, a)) {
-        status = ad_fail(error, AD_NOT_FINITE, "the mass matrix of the modes is singular");
+        status = modes_accelerations_fail(solution->m, error);
     }
     modes_places *places = NULL;
     status = status == AD_OK ? modes_places_create(solution->m, n, s, &places, error) : status;
@@ -249,12 +279,13 @@ static ad_status solve_once(refined *at, const solve_settings *settings, const m
  * there are no more. */
 static bool add_modes(const modes_solution *solution, double tolerance, modes_counts *counts)
 {
-    const double share = 0.2, nothing = fmax(1e-13, 1e-2 * tolerance);
     const modes *m = solution->m;
+    const bool is_held = m->end.count > 0; /* by which small strains may matter, too */
+    const double share = 0.2, nothing = fmax(1e-13, is_held ? 0 : 1e-2 * tolerance);
     double size[MODES_STRAINS] = {0}, tail[MODES_STRAINS] = {0};
     bool more = false;
     for (size_t i = 0; i < solution->times.count; i++) {
-        for (int a = solution->times.aside[i] ? m->size : m->hinges; a < m->size; a++) {
+        for (int a = solution->times.aside[i] ? m->end.first : m->hinges; a < m->end.first; a++) {
             if (a == m->feed.mode) {
                 continue;
             }
@@ -282,7 +313,7 @@ static void take_report(const refined *at, solve_report *report)
     motion_times_energies(&solution->times, solution->all, solution->energies, report);
     report->nodes = solution->m->points - solution->m->hinges * (solution->m->stages + 1);
     report->time = 1;
-    report->mode_count = solution->m->size;
+    report->mode_count = solution->m->end.first;
     memcpy(report->modes, solution->m->counts.of, sizeof report->modes);
 }
 

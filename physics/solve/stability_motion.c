@@ -62,11 +62,13 @@ static bool is_refused(const scene *moving, char why[STABILITY_TEXT])
 {
     const char *key = "";
     ad_error error;
-    const char *what = scene_has_branch(moving)
-                           ? "rod.material.maxwell: vibrations of a material that relaxes"
-                       : scene_has_rubbing_tendons(moving)
-                           ? "tendons[].friction: vibrations of a rod whose tendons stick"
-                           : NULL;
+    const char *what =
+        scene_has_branch(moving) ? "rod.material.maxwell: vibrations of a material that relaxes"
+        : scene_has_rubbing_tendons(moving)
+            ? "tendons[].friction: vibrations of a rod whose tendons stick"
+        : scene_hold_of(&moving->end).directions > 0 || scene_end_holds_rotation(moving->end.type)
+            ? "boundary.end.type: vibrations of a rod whose end is held"
+            : NULL;
     if (what) {
         snprintf(why, STABILITY_TEXT, "%s are not looked at", what);
         return true;

@@ -1,0 +1,382 @@
+/* Held, sliding and driven ends of rods in motion by strain modes: derivatives against difference
+ * quotients, frequencies in closed form, spectral elements, equilibria by collocation, the energy
+ * that a driven end puts in, and what has no motion. */
+#include "modes_testing.h"
+#include "near.h"
+
+#include "autodiff/dense.h"
+#include "physics/solve/modes_motion.h"
+#include "physics/solve/solve.h"
+
+#include <string.h>
+
+/* ---- equations ----------------------------------------------------------------------------- */
+
+/* Of a pose that the state is far off, which moves; and of one that slides. Difference quotients
+ * leave 1e-10, a sign that is wrong in any part 1e-3 and more. */
+static void test_derivatives(void **state)
+{
+    (void)state;
+    static const char *const ends[3] = {
+        "boundary.end={type: driven, position: [0.5*sin(t), 0.1*t, 0.8], rotation: [cos(t), "
+        "0.6*sin(t), 0, 0.8*sin(t)]}",
+        "boundary.end={type: guided, along: [0.2, -0.3, 1], position: [0, 0.1, 0], rotation: [1, "
+        "0.1, 0.2, 0.3]}",
+        "boundary.end={type: roller, across: [1, 2, 3], position: [0, 0.1, 0]}"};
+    char text[sizeof everything];
+    const char *tip = strstr(everything, "  tip:"), *after = strchr(tip, '\n') + 1;
+    snprintf(text, sizeof text, "%.*s%s", (int)(tip - everything), everything, after);
+    for (int i = 0; i < 3; i++) {
+        const char *const sets[] = {ends[i], "enforcement.initial=soft"};
+        const double off = worst_derivative_of(text, 4, NULL, 2, sets);
+        print_message("derivatives: %.1e\n", off);
+        assert_true(off < 1e-9);
+    }
+}
+
+#define SLENDER                                                                                    \
+    "rod: {model: kirchhoff, length: 1, stiffness: {bending: [1, 1], torsion: 0.8},\n"             \
+    "      inertia: {mass_per_length: 1, rotary: [1.0e-9, 1.0e-9, 1.0e-9]}}\n"
+#define AT_THE_END "position: [0, 0, 1], rotation: [1, 0, 0, 0]"
+
+/* K y - G^T reaction = right, G y = 0; right [size] of a rod at rest, then y. */
+static void solve_held(const modes *m, const double *by_q, double *right)
+{
+    enum { MOST = 32 };
+    const int n = m->size, width = m->width;
+    double matrix[MOST * MOST];
+    int pivots[MOST];
+    assert_true(n <= MOST);
+    for (int r = 0; r < n; r++) {
+        for (int c = 0; c < n; c++) {
+            matrix[c * n + r] = (c < m->end.first ? by_q : m->mass)[r * width + c];
+        }
+    }
+    assert_int_equal(ad_dense_lu((size_t)n, matrix, pivots), 0);
+    ad_dense_lu_solve((size_t)n, 1, matrix, pivots, right);
+}
+
+/* The lowest frequency (beta L)^2 sqrt(EI/(rhoA L^4)) of a rod in a plane, by inverse iteration. */
+static double lowest_frequency(const char *boundary)
+{
+    enum { N = 14, MOST = 32, ROUNDS = 60 };
+    char text[1024];
+    double by_q[MOST * MOST], by_v[MOST * MOST], q[MOST] = {0}, y[MOST], right[MOST], size = 0;
+    snprintf(text, sizeof text, SLENDER "boundary: {%s}\n%stime: {duration: 1}\n", boundary,
+             strstr(boundary, "clamped")
+                 ? ""
+                 : "initial: {position: [0, 0, s], rotation: [1, 0, 0, 0]}\n");
+    reduced_test x = make("slender.yaml", text, (modes_counts){{0, 0, 0, 0, N, 0}}, 4);
+    const int n = x.m->size, width = x.m->width;
+    assert_true(n < MOST && width <= MOST);
+    modes_linearise(x.m, q, q, NULL, right, by_q, by_v);
+    for (int k = 0; k < n; k++) {
+        y[k] = 1.0 / (1 + k);
+    }
+    for (int round = 0; round < ROUNDS; round++) {
+        size = 0;
+        for (int r = 0; r < n; r++) {
+            right[r] = 0;
+            for (int c = 0; c < x.m->end.first && r < x.m->end.first; c++) {
+                right[r] += x.m->mass[r * width + c] * y[c];
+            }
+        }
+        solve_held(x.m, by_q, right);
+        for (int r = 0; r < x.m->end.first; r++) {
+            for (int c = 0; c < x.m->end.first; c++) {
+                size += right[r] * x.m->mass[r * width + c] * right[c];
+            }
+        }
+        for (int k = 0; k < n; k++) {
+            y[k] = right[k] / sqrt(size);
+        }
+    }
+    discard(&x);
+    return pow(size, -0.25);
+}
+
+/* cos cosh = 1, tan = tanh, tan = -tanh. A mode counts 1e-9 by its rotary inertia. */
+static void test_frequencies(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *boundary;
+        double beta;
+    } rows[] = {
+        {"start: {type: clamped}, end: {type: guided, along: [0, 0, 1], " AT_THE_END "}",
+         4.730040744862704},
+        {"start: {type: clamped}, end: {type: roller, along: [0, 0, 1], position: [0, 0, 1]}",
+         3.926602312047919},
+        {"start: {type: clamped}, end: {type: guided, " AT_THE_END "}", 2.365020372431352}};
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        const double found = lowest_frequency(rows[i].boundary), exact = pow(rows[i].beta, 2);
+        print_message("%s: %.12g of %.12g\n", rows[i].boundary, found, exact);
+        assert_near(found, exact, 1e-7 * exact);
+    }
+}
+
+/* ---- motions ------------------------------------------------------------------------------- */
+
+#define RUBBER                                                                                     \
+    "length: 1, section: {shape: circle, radius: 0.02}, material: {youngs_modulus: 1.0e7, "        \
+    "poissons_ratio: 0.45, density: 1000}"
+#define STRAIGHT "rod: {model: cosserat, " RUBBER "}\n"
+#define ARCH     "rod: {model: cosserat, " RUBBER ", rest: {curvature: [0, 1.2, 0]}}\n"
+#define PUSHED   "loads: {force: [\"8*sin(3*t)^2\", \"4*sin(2*t)^2*s\", 0]}\n"
+
+/* In its unstressed shape the end of ARCH is where its formulas begin. */
+#define DRIVEN                                                                                     \
+    "boundary: {start: {type: clamped}, end: {type: driven,\n"                                     \
+    "  position: [\"(1 - cos(1.2))/1.2 + 0.1*sin(2*t)^2\", \"0.1*sin(3*t)^2\",\n"                  \
+    "             \"sin(1.2)/1.2 - 0.1*sin(2*t)^2\"],\n"                                           \
+    "  rotation: [\"cos(0.6 + 0.3*sin(2*t)^2)\", 0, \"sin(0.6 + 0.3*sin(2*t)^2)\", 0]}}\n"
+
+enum { TIMES = 5, PLACES = 9 };
+
+typedef struct moved {
+    config *settings;
+    solution *solution;
+    solve_report report;
+    double duration;
+} moved;
+
+static ad_status try_to_move(const char *text, const solve_settings *asked, moved *x,
+                             ad_error *error)
+{
+    double times[TIMES];
+    *x = (moved){0};
+    if (prepare_read("moved.yaml", text, 0, NULL, &x->settings, error) != AD_OK) {
+        fail_msg("%s", error->message);
+    }
+    const bool moves = scene_is_dynamic(&x->settings->scene);
+    x->duration = moves ? scene_duration(&x->settings->scene) : 0;
+    for (int i = 0; i < TIMES; i++) {
+        times[i] = x->duration * (i + 1) / TIMES;
+    }
+    return solution_create(&x->settings->scene, asked, moves ? TIMES : 0, moves ? times : NULL,
+                           &x->solution, &x->report, error);
+}
+
+static moved move_by(const char *text, const solve_settings *asked)
+{
+    ad_error error = {.message = ""};
+    moved x;
+    if (try_to_move(text, asked, &x, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+    return x;
+}
+
+static moved move(const char *text, solve_method method, double tolerance)
+{
+    return move_by(text, &(solve_settings){.tolerance = tolerance, .method = method});
+}
+
+static void discard_moved(moved *x)
+{
+    solution_free(x->solution);
+    config_free(x->settings);
+}
+
+enum { COLUMNS = 19, FORCE = 13, MOMENT = 16 };
+
+/* Columns [COLUMNS] at s, of the i-th time. */
+static void look(const moved *x, int i, double s, double columns[COLUMNS])
+{
+    const double t = x->duration * (i + 1) / TIMES;
+    ad_error error = {.message = ""};
+    if (solution_evaluate(x->solution, COLUMNS, 1, &s, &t, columns, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+}
+
+/* How far the reaction is off, force and moment, and the largest in the rod. */
+typedef struct apart {
+    double place, reaction[2], size[2];
+} apart;
+
+static apart compare_at(const moved *x, const moved *y, int i)
+{
+    apart to = {0};
+    double a[COLUMNS], b[COLUMNS];
+    for (int k = 0; k < PLACES; k++) { /* the last is the end */
+        look(x, i, (double)k / (PLACES - 1), a);
+        look(y, i, (double)k / (PLACES - 1), b);
+        to.place = fmax(to.place, distance(a, b));
+        for (int c = 0; c < 6; c++) {
+            to.size[c / 3] = fmax(to.size[c / 3], fabs(b[FORCE + c]));
+        }
+    }
+    for (int c = 0; c < 6; c++) {
+        to.reaction[c / 3] = fmax(to.reaction[c / 3], fabs(a[FORCE + c] - b[FORCE + c]));
+    }
+    return to;
+}
+
+/* The largest of all times. */
+static apart compare_all(const moved *x, const moved *y)
+{
+    apart most = {0};
+    for (int i = 0; i < TIMES; i++) {
+        const apart now = compare_at(x, y, i);
+        most.place = fmax(most.place, now.place);
+        for (int k = 0; k < 2; k++) {
+            most.reaction[k] = fmax(most.reaction[k], now.reaction[k]);
+            most.size[k] = fmax(most.size[k], now.size[k]);
+        }
+    }
+    return most;
+}
+
+/* By modes and by spectral elements: places differ by less than what both estimate. The reaction,
+ * force and moment at the end, is a third and a second derivative of them, of the last modes: to
+ * 5e-3 and 1e-3 of the largest in the rod. */
+static void compare(const char *name, const char *text, double tolerance)
+{
+    moved x = move(text, SOLVE_MODES, tolerance), y = move(text, SOLVE_COLLOCATION, tolerance);
+    const double allowed = x.report.estimate + y.report.estimate;
+    const apart off = compare_all(&x, &y);
+    print_message("%s: off by %.1e, estimates %.1e and %.1e; reaction by %.1e and %.1e of the "
+                  "largest; energy %.1e\n",
+                  name, off.place, x.report.estimate, y.report.estimate,
+                  off.reaction[0] / off.size[0], off.reaction[1] / off.size[1],
+                  x.report.energy_mismatch);
+    assert_true(x.report.estimate_l2 <= tolerance);
+    assert_true(off.place < allowed);
+    assert_true(off.reaction[0] < 5e-3 * off.size[0]);
+    assert_true(off.reaction[1] < 1e-3 * off.size[1]);
+    assert_true(x.report.energy_mismatch < tolerance);
+    discard_moved(&x);
+    discard_moved(&y);
+}
+
+static void test_spectral_elements(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *name, *text;
+    } rows[] = {
+        {"clamped", STRAIGHT "boundary: {start: {type: clamped}, end: {type: clamped, " AT_THE_END
+                             "}}\n" PUSHED "time: {duration: 0.6}\n"},
+        {"driven", ARCH DRIVEN "time: {duration: 0.8}\n"},
+        {"pinned", STRAIGHT "boundary: {start: {type: clamped}, end: {type: pinned, position: [0, "
+                            "0, 1]}}\n" PUSHED "time: {duration: 0.6}\n"},
+        {"sliding", STRAIGHT "boundary: {start: {type: pinned}, end: {type: guided, along: [0, 0, "
+                             "1], " AT_THE_END "}}\n" PUSHED "time: {duration: 0.6}\n"},
+        {"turned", STRAIGHT "boundary: {start: {type: clamped}, end: {type: driven, " AT_THE_END
+                            ", twist: \"2*sin(t)^2\"}}\n" PUSHED "time: {duration: 0.6}\n"}};
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        compare(rows[i].name, rows[i].text, 1e-5);
+    }
+}
+
+/* A sagging arch stays where it is in equilibrium, by collocation at rest, and so does the reaction
+ * of its end; modes are so many that 1e-8 is left of the place. */
+static void test_equilibrium(void **state)
+{
+    (void)state;
+    static const char *const ends[2] = {"clamped, rotation: [\"cos(0.6)\", 0, \"sin(0.6)\", 0]",
+                                        "pinned"};
+    char text[1024];
+    for (int i = 0; i < 2; i++) {
+        moved of[2];
+        for (int moves = 0; moves < 2; moves++) {
+            snprintf(text, sizeof text,
+                     ARCH "boundary: {start: {type: clamped}, end: {type: %s, position: [\"(1 - "
+                          "cos(1.2))/1.2\", 0, \"sin(1.2)/1.2\"]}}\n"
+                          "loads: {gravity: [-3, 2, -4]}\n%s",
+                     ends[i],
+                     moves ? "initial: {state: equilibrium}\ntime: {duration: 0.3}\n" : "");
+            of[moves] = move(text, moves ? SOLVE_MODES : SOLVE_COLLOCATION, moves ? 1e-7 : 1e-10);
+        }
+        const apart off = compare_all(&of[1], &of[0]);
+        print_message("%s: off by %.1e, reaction by %.1e and %.1e of the largest\n", ends[i],
+                      off.place, off.reaction[0] / off.size[0], off.reaction[1] / off.size[1]);
+        assert_true(off.place < 1e-8);
+        assert_true(off.reaction[0] < 1e-5 * off.size[0]);
+        assert_true(off.reaction[1] < 1e-5 * off.size[1]);
+        discard_moved(&of[0]);
+        discard_moved(&of[1]);
+    }
+}
+
+/* ---- steps --------------------------------------------------------------------------------- */
+
+#define LOCKED_ARCH "rod: {model: kirchhoff, " RUBBER ", rest: {curvature: [0, 1.2, 0]}}\n"
+
+/* Of few modes, by steps that are shorter and shorter: what is left of places and of reactions
+ * falls with the tolerance, and rounding over short steps, which equations of index 3 have, does
+ * not end it. */
+static void test_steps(void **state)
+{
+    (void)state;
+    static const char text[] = LOCKED_ARCH DRIVEN "time: {duration: 0.5}\n";
+    const double tolerances[3] = {1e-9, 1e-5, 1e-7};
+    moved of[3];
+    apart off[3];
+    for (int i = 0; i < 3; i++) {
+        of[i] = move_by(text, &(solve_settings){.tolerance = tolerances[i],
+                                                .method = SOLVE_MODES,
+                                                .modes = {6, 4, 0, 0}});
+        off[i] = compare_all(&of[i], &of[0]);
+        print_message("tolerance %.0e: off by %.1e, reaction by %.1e and %.1e of the largest, %ld "
+                      "steps\n",
+                      tolerances[i], off[i].place, off[i].reaction[0] / off[i].size[0],
+                      off[i].reaction[1] / off[i].size[1], of[i].report.time_steps);
+        assert_true(off[i].place <= tolerances[i]);
+    }
+    assert_true(off[2].reaction[0] < 1e-5 * off[2].size[0]);
+    assert_true(off[2].reaction[0] < 0.2 * off[1].reaction[0]);
+    for (int i = 0; i < 3; i++) {
+        discard_moved(&of[i]);
+    }
+}
+
+/* ---- what has no motion -------------------------------------------------------------------- */
+
+/* A rod that does not stretch between two ends as far apart as it is long, at once or at the end of
+ * a motion; modes that are fewer than directions. */
+static void test_refused(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *text, *message;
+        int modes[4];
+    } rows[] = {
+        {"rod: {model: kirchhoff, " RUBBER "}\n"
+         "boundary: {start: {type: clamped}, end: {type: clamped, " AT_THE_END "}}\n" PUSHED
+         "time: {duration: 0.1}\n",
+         "boundary.end: the modes do not move",
+         {0}},
+        {LOCKED_ARCH "boundary: {start: {type: pinned}, end: {type: driven,\n"
+                     "  position: [0, 0, \"sin(0.6)/0.6*(1 - t^2) + t^2\"],\n"
+                     "  rotation: [\"cos(0.3*(1 - t^2))\", 0, \"sin(0.3*(1 - t^2))\", 0]}}\n"
+                     "initial: {position: [\"(cos(0.6 - 1.2*s) - cos(0.6))/1.2\", 0,\n"
+                     "  \"(sin(0.6) - sin(0.6 - 1.2*s))/1.2\"],\n"
+                     "  rotation: [\"cos(0.3 - 0.6*s)\", 0, \"-sin(0.3 - 0.6*s)\", 0]}\n"
+                     "time: {duration: 1}\n",
+         "boundary.end: the modes do not move",
+         {0}},
+        {ARCH DRIVEN "time: {duration: 0.1}\n", "boundary.end holds 6 directions", {1, 1, 1, 1}}};
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        solve_settings asked = {.tolerance = 1e-4, .method = SOLVE_MODES};
+        ad_error error = {.message = ""};
+        moved x;
+        memcpy(asked.modes, rows[i].modes, sizeof asked.modes);
+        assert_int_not_equal(try_to_move(rows[i].text, &asked, &x, &error), AD_OK);
+        print_message("%s\n", error.message);
+        assert_non_null(strstr(error.message, rows[i].message));
+        discard_moved(&x);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_derivatives),
+                                       cmocka_unit_test(test_frequencies),
+                                       cmocka_unit_test(test_spectral_elements),
+                                       cmocka_unit_test(test_equilibrium),
+                                       cmocka_unit_test(test_steps),
+                                       cmocka_unit_test(test_refused)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
