@@ -4,7 +4,7 @@
 #include "fewer.h"
 #include "trainer_testing.h"
 
-#include "tools/train/clock.h"
+#include "physics/numerics/clock.h"
 
 /* ---- resuming ----------------------------------------------------------------------------------
  */
@@ -443,12 +443,14 @@ static void test_rows_between(void **state)
         step(&plain);
         step(&watched);
         size_t rows = trainer_fit(watched.trainer)->rows.count;
-        const double wall = train_seconds(), spent = fit_seconds(trainer_fit(watched.trainer));
+        const double wall = clock_seconds(CLOCK_MONOTONIC),
+                     spent = fit_seconds(trainer_fit(watched.trainer));
         if (fit_add_row(trainer_fit(watched.trainer), &error) != AD_OK) {
             fail_msg("%s", error.message);
         }
         const double counted = fit_seconds(trainer_fit(watched.trainer)) - spent;
-        assert_true(counted < train_seconds() - wall); /* its clock stands still meanwhile */
+        assert_true(counted <
+                    clock_seconds(CLOCK_MONOTONIC) - wall); /* its clock stands still meanwhile */
         assert_int_equal(trainer_fit(watched.trainer)->rows.count, rows + 1);
         assert_true(history_value(&trainer_fit(watched.trainer)->rows, rows, "step") == i + 1);
     }

@@ -19,13 +19,13 @@
  * trusted and less than 5 and more than 1e-3 mm off. */
 #include "nn/rng.h"
 #include "physics/chain/solve_members.h"
+#include "physics/numerics/clock.h"
 #include "physics/numerics/sort.h"
 #include "physics/solve/solve.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 enum { PARAMETERS = 9, POINTS = 21, ROUNDS = 5 };
 
@@ -73,9 +73,7 @@ static quantities *fill(scene *robot, bool loaded)
 /* Of this process on all its processors: others may be at work there. */
 static double cpu_seconds(void)
 {
-    struct timespec now;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+    return clock_seconds(CLOCK_PROCESS_CPUTIME_ID);
 }
 
 static double random_number(nn_rng *random, double low, double high)

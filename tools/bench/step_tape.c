@@ -10,9 +10,9 @@
 #include "autodiff/compile/kernels.h"
 #include "autodiff/dense.h"
 #include "autodiff/run/blas.h"
+#include "physics/numerics/clock.h"
 #include "physics/numerics/sort.h"
 #include "tools/prepare/config_experiment.h"
-#include "tools/train/clock.h"
 #include "tools/train/trainer.h"
 
 #include <stdlib.h>
@@ -172,9 +172,9 @@ static ad_status serve(side *a, const char *folder, const char *kind, ad_error *
         print_about(a, fused);
     }
     while (status == AD_OK && fgets(line, sizeof line, stdin)) {
-        const double start = train_seconds();
+        const double start = clock_seconds(CLOCK_MONOTONIC);
         status = step(a, error);
-        printf("%.9f\n", train_seconds() - start);
+        printf("%.9f\n", clock_seconds(CLOCK_MONOTONIC) - start);
         fflush(stdout);
     }
     return status;
@@ -201,12 +201,12 @@ static double gemm_rate(blas_gemm gemm)
     static double a[N * N], b[N * COLUMNS] __attribute__((aligned(64))), c[N * COLUMNS];
     double seconds[TRIALS];
     for (int trial = 0; trial < TRIALS; trial++) {
-        const double start = train_seconds();
+        const double start = clock_seconds(CLOCK_MONOTONIC);
         for (int i = 0; i < TIMES; i++) {
             gemm(BLAS_ROW_MAJOR, BLAS_NORMAL, BLAS_NORMAL, N, COLUMNS, N, 1, a, N, b, COLUMNS, 0, c,
                  COLUMNS);
         }
-        seconds[trial] = (train_seconds() - start) / TIMES;
+        seconds[trial] = (clock_seconds(CLOCK_MONOTONIC) - start) / TIMES;
     }
     return 2.0 * N * N * COLUMNS / sort_median(TRIALS, seconds);
 }

@@ -66,25 +66,16 @@ static ad_status blame(char key[TRAIN_KEY_MAX], ad_error *error, const char *pat
 
 /* ---- parameters ---------------------------------------------------------------------------- */
 
-static bool is_among(int count, const char *const *names, const char *name)
-{
-    for (int i = 0; i < count; i++) {
-        if (strcmp(names[i], name) == 0) {
-            return true;
-        }
-    }
-    return false;
-}
-
 control_role control_role_of(const control_settings *settings, const surrogate_settings *model,
                              const char *name)
 {
     return strchr(name, '.') ? CONTROL_FIXED /* the state of an input with a memory */
-           : is_among(settings->estimate_count, settings->estimate, name) ? CONTROL_ESTIMATED
-           : model->input_count > 0 && !is_among(model->input_count, model->inputs, name)
+           : surrogate_is_among(settings->estimate_count, settings->estimate, name)
+               ? CONTROL_ESTIMATED
+           : model->input_count > 0 && !surrogate_is_among(model->input_count, model->inputs, name)
                ? CONTROL_FIXED
-           : is_among(model->parameter_count, model->parameters, name) ? CONTROL_FIXED
-                                                                       : CONTROL_INPUT;
+           : surrogate_is_among(model->parameter_count, model->parameters, name) ? CONTROL_FIXED
+                                                                                 : CONTROL_INPUT;
 }
 
 static ad_status resolve_estimate(control_settings *settings, const surrogate_settings *model,
@@ -102,15 +93,16 @@ static ad_status resolve_estimate(control_settings *settings, const surrogate_se
         if (settings->walk_count == 1) {
             settings->walk[i] = settings->walk[0];
         }
-        if (!known || is_among(i, settings->estimate, name) ||
-            is_among(model->input_count, model->inputs, name)) {
+        if (!known || surrogate_is_among(i, settings->estimate, name) ||
+            surrogate_is_among(model->input_count, model->inputs, name)) {
             snprintf(problem, sizeof problem,
                      "%.60s is %s; allowed: names of parameters with a range that are no inputs, "
                      "once each",
                      name,
                      !known ? "no parameter with a range"
-                     : is_among(model->input_count, model->inputs, name) ? "one of surrogate.inputs"
-                                                                         : "there twice");
+                     : surrogate_is_among(model->input_count, model->inputs, name)
+                         ? "one of surrogate.inputs"
+                         : "there twice");
             return blame(key, error, "estimate", i, "", problem);
         }
     }

@@ -1,7 +1,7 @@
 #include "tools/control/loop_internal.h"
 
+#include "physics/numerics/clock.h"
 #include "physics/numerics/sort.h"
-#include "tools/train/clock.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -76,7 +76,7 @@ static void filter(running *r)
 {
     control_loop *loop = r->x;
     const control_settings *c = &loop->control;
-    const double start = train_seconds();
+    const double start = clock_seconds(CLOCK_MONOTONIC);
     r->flags[0] = 0;
     for (int i = 0; i < c->measurement_count; i++) {
         const int delay = c->measurements[i].delay;
@@ -86,7 +86,7 @@ static void filter(running *r)
         }
     }
     r->flags[0] |= regulator_filter(loop->both);
-    r->seconds[0] = train_seconds() - start;
+    r->seconds[0] = clock_seconds(CLOCK_MONOTONIC) - start;
 }
 
 static void wish(running *r)
@@ -108,7 +108,7 @@ static void wish(running *r)
 static void control(running *r)
 {
     control_loop *loop = r->x;
-    const double start = train_seconds();
+    const double start = clock_seconds(CLOCK_MONOTONIC);
     r->flags[1] = 0;
     if (happens(r, CONTROL_LATE, -1)) {
         (void)regulator_late(loop->both, false, r->next);
@@ -117,12 +117,12 @@ static void control(running *r)
         wish(r);
         r->flags[1] = regulator_plan(loop->both, r->rows, r->next) >> REGULATOR_CONTROLLER;
     }
-    const double planned = train_seconds();
+    const double planned = clock_seconds(CLOCK_MONOTONIC);
     regulator_predict(loop->both);
-    const double predicted = train_seconds();
+    const double predicted = clock_seconds(CLOCK_MONOTONIC);
     regulator_prepare(loop->both);
     r->seconds[0] += predicted - planned;
-    r->seconds[1] = train_seconds() - start - (predicted - planned);
+    r->seconds[1] = clock_seconds(CLOCK_MONOTONIC) - start - (predicted - planned);
 }
 
 static void apply(running *r)

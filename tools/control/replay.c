@@ -1,9 +1,9 @@
 #include "tools/control/replay.h"
 
 #include "autodiff/memory.h"
+#include "physics/numerics/clock.h"
 #include "tools/control/loop_internal.h"
 #include "tools/control/marker_drift.h"
-#include "tools/train/clock.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -315,7 +315,7 @@ static void take(replay *x, size_t sample)
         judge(x, estimator_state(x->filter), sample, sample - 1, &x->report->step,
               &x->report->step_still, &x->counts[0]);
     }
-    const double begin = train_seconds();
+    const double begin = clock_seconds(CLOCK_MONOTONIC);
     for (int m = 0; m < x->markers; m++) {
         const double *values = x->seen + sample * width + 3 * (size_t)m;
         if (!isnan(values[0] + values[1] + values[2])) {
@@ -323,17 +323,17 @@ static void take(replay *x, size_t sample)
         }
     }
     estimator_update(x->filter);
-    double spent = train_seconds() - begin;
+    double spent = clock_seconds(CLOCK_MONOTONIC) - begin;
     const size_t every = x->ahead > ROLLOUTS ? x->ahead / ROLLOUTS : 1;
     if (sample >= x->ahead && sample % every == 0 && sample + x->ahead < x->inputs->count) {
         roll_out(x, sample);
     }
     if (sample + 1 < x->inputs->count) {
-        const double again = train_seconds();
+        const double again = clock_seconds(CLOCK_MONOTONIC);
         inputs_of(x, sample, now);
         inputs_of(x, sample + 1, after);
         estimator_predict(x->filter, now, after);
-        spent += train_seconds() - again;
+        spent += clock_seconds(CLOCK_MONOTONIC) - again;
     }
     x->report->seconds += spent / (double)x->inputs->count;
 }

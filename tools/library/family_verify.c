@@ -4,8 +4,8 @@
 #include "autodiff/host.h"
 #include "autodiff/memory.h"
 #include "nn/rng.h"
+#include "physics/numerics/clock.h"
 #include "physics/numerics/sort.h"
-#include "tools/train/clock.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -245,9 +245,10 @@ static ad_status measure(verifying *verifying, int what, size_t members, double 
     size_t rounds = 0;
     ad_status status = AD_OK;
     while (rounds < most && spent < ENOUGH_SECONDS && status == AD_OK) {
-        const double start = train_seconds();
+        const double start = clock_seconds(CLOCK_MONOTONIC);
         status = work(verifying, what, members > 1 ? 0 : rounds, members, error);
-        double passed = train_seconds() - start; /* for all by the clock of the first rank */
+        double passed =
+            clock_seconds(CLOCK_MONOTONIC) - start; /* for all by the clock of the first rank */
         ad_ranks_first(ad_pool_ranks(verifying->family->pool), 1, &passed);
         spent += passed;
         seconds[rounds++] = passed / (double)members;

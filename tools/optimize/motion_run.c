@@ -1,8 +1,8 @@
 /* Motions that are looked for, replayed and asked. */
 #include "tools/optimize/motion_parts.h"
 
+#include "physics/numerics/clock.h"
 #include "physics/numerics/quaternion.h"
-#include "tools/train/clock.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -182,7 +182,7 @@ static ad_status find_error(const optimize_motion *o, optimize_motion_report *re
 
 ad_status optimize_motion_run(optimize_motion *o, optimize_motion_report *report, ad_error *error)
 {
-    const double begin = train_seconds();
+    const double begin = clock_seconds(CLOCK_MONOTONIC);
     const int *given = o->settings->motion.modes;
     const int finer[4] = {given[0] + 2, given[1] + 1, given[2] > 2 ? given[2] + 1 : 2,
                           given[3] > 1 ? given[3] + 1 : 1};
@@ -211,7 +211,7 @@ ad_status optimize_motion_run(optimize_motion *o, optimize_motion_report *report
         status = status == AD_OK ? replay(o, given, &report->same, &report->way, error) : status;
         status = status == AD_OK ? replay(o, finer, &report->finer, &report->way, error) : status;
     }
-    report->seconds = train_seconds() - begin;
+    report->seconds = clock_seconds(CLOCK_MONOTONIC) - begin;
     return status;
 }
 

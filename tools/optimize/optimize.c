@@ -2,7 +2,7 @@
 #include "tools/optimize/optimize_parts.h"
 
 #include "nn/rng.h"
-#include "tools/train/clock.h"
+#include "physics/numerics/clock.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -447,7 +447,7 @@ static int count_agreeing(const optimization *o, const optimize_report *report)
 ad_status optimize_run(optimization *o, const optimize_solver *solver, optimize_progress *progress,
                        void *context, optimize_report *report, ad_error *error)
 {
-    const double begin = train_seconds();
+    const double begin = clock_seconds(CLOCK_MONOTONIC);
     const int starts =
         o->settings->starts < OPTIMIZE_STARTS_MAX ? o->settings->starts : OPTIMIZE_STARTS_MAX;
     nn_rng rng = nn_rng_split((uint64_t)o->settings->seed, "optimize");
@@ -478,7 +478,7 @@ ad_status optimize_run(optimization *o, const optimize_solver *solver, optimize_
             memcpy(best, o->x, n * sizeof *best);
             memcpy(multiplier, o->multiplier, o->m * sizeof *multiplier);
         }
-        report->seconds = train_seconds() - begin;
+        report->seconds = clock_seconds(CLOCK_MONOTONIC) - begin;
         report->agreeing = count_agreeing(o, report);
         if ((progress && !progress(context, report)) || report->agreeing == ENOUGH) {
             break;
@@ -496,7 +496,7 @@ ad_status optimize_run(optimization *o, const optimize_solver *solver, optimize_
                     (report->start[report->best].converged || report->agreeing >= ENOUGH);
     report->left = SAME / o->objective_scale;
     report->members = o->members;
-    report->seconds = train_seconds() - begin;
+    report->seconds = clock_seconds(CLOCK_MONOTONIC) - begin;
     free(z);
     return status;
 }

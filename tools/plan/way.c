@@ -1,9 +1,9 @@
 #include "tools/plan/way.h"
 
+#include "physics/numerics/clock.h"
 #include "physics/numerics/quaternion.h"
 #include "tools/plan/ompl_shim.h"
 #include "tools/plan/reach.h"
-#include "tools/train/clock.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -281,7 +281,7 @@ static ompl_search search_of(finder *f, int search, int goal, size_t states)
 /* With as much room as any search wants at first. */
 static ad_status open_roadmap(finder *f, char key[PLAN_KEY])
 {
-    const double start = train_seconds();
+    const double start = clock_seconds(CLOCK_MONOTONIC);
     if (!f->of->roadmap) {
         return AD_OK;
     }
@@ -297,7 +297,7 @@ static ad_status open_roadmap(finder *f, char key[PLAN_KEY])
     f->to->source = f->map.source;
     f->to->nodes = f->map.nodes;
     f->to->edges = f->map.edges;
-    f->to->seconds_roadmap = train_seconds() - start;
+    f->to->seconds_roadmap = clock_seconds(CLOCK_MONOTONIC) - start;
     return status;
 }
 
@@ -313,11 +313,13 @@ static ad_status search(finder *f, int goal, certificate **result)
         const ompl_search asked = search_of(f, k, goal, k < 2 ? left / 4 : left);
         double *found = NULL;
         size_t length = 0, looked = 0;
-        const double start = train_seconds(), begin = train_processor_seconds();
+        const double start = clock_seconds(CLOCK_MONOTONIC),
+                     begin = clock_seconds(CLOCK_THREAD_CPUTIME_ID);
         ad_status status =
             by_map ? roadmap_find(&f->map, &asked, f->needed, &found, &length, &looked, f->error)
                    : ompl_find(&asked, &found, &length, &looked, f->error);
-        const double middle = train_seconds(), half = train_processor_seconds();
+        const double middle = clock_seconds(CLOCK_MONOTONIC),
+                     half = clock_seconds(CLOCK_THREAD_CPUTIME_ID);
         status = status == AD_OK ? f->status : status;
         f->to->looked += looked;
         f->to->searches++;
@@ -329,8 +331,8 @@ static ad_status search(finder *f, int goal, certificate **result)
             *result = NULL;
             corners = length;
             status = certify(f, length, found, result);
-            f->to->seconds_certificate += train_seconds() - middle;
-            f->to->processor_certificate += train_processor_seconds() - half;
+            f->to->seconds_certificate += clock_seconds(CLOCK_MONOTONIC) - middle;
+            f->to->processor_certificate += clock_seconds(CLOCK_THREAD_CPUTIME_ID) - half;
         }
         free(found);
         if (status != AD_OK) {

@@ -1,4 +1,5 @@
 /* cpinn-eval: evaluate a trained network; see --help. */
+#include "physics/numerics/clock.h"
 #include "tools/files/shapes_vtk.h"
 #include "tools/prepare/config_experiment.h"
 #include "tools/programs/cli.h"
@@ -9,7 +10,6 @@
 #include "tools/programs/program_ranks.h"
 #include "tools/programs/samples.h"
 #include "tools/programs/solution_print.h"
-#include "tools/train/clock.h"
 #include "tools/train/learnt_balance.h"
 #include "tools/train/report.h"
 

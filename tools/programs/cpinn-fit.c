@@ -1,4 +1,5 @@
 /* cpinn-fit: solves equations of one's own; see --help. */
+#include "physics/numerics/clock.h"
 #include "tools/config/config_equations.h"
 #include "tools/files/file_bytes.h"
 #include "tools/programs/cli.h"
@@ -7,7 +8,6 @@
 #include "tools/programs/estimates.h"
 #include "tools/programs/help.h"
 #include "tools/programs/signals.h"
-#include "tools/train/clock.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,8 +1,8 @@
 /* cpinn-law: learns the constitutive law of a section from a table; see --help. */
+#include "physics/numerics/clock.h"
 #include "tools/files/table_file.h"
 #include "tools/programs/fit_run.h"
 #include "tools/programs/help.h"
-#include "tools/train/clock.h"
 #include "tools/train/train_law.h"
 
 #include <math.h>
@@ -88,12 +88,12 @@ int main(int argc, char **argv)
         fit_run_end(&run);
         return cli_fail_error(program, &error);
     }
-    const double begin = train_seconds();
+    const double begin = clock_seconds(CLOCK_MONOTONIC);
     if (train_law_fit(&settings, &data, &law, &report, &reason) != AD_OK) {
         ad_fail(&error, reason.status, "%s: %s", data_file, reason.message);
         status = cli_fail_error(program, &error);
     } else if (!run.signal) {
-        print(&settings, &law, &report, train_seconds() - begin);
+        print(&settings, &law, &report, clock_seconds(CLOCK_MONOTONIC) - begin);
         status = train_law_write(out, &law, &error) == AD_OK ? 0 : cli_fail_error(program, &error);
     }
     train_law_free_data(&data);

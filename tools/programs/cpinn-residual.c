@@ -1,5 +1,6 @@
 /* cpinn-residual: learns what measured motions tell of a robot beyond its model; see --help. */
 #include "physics/check/plausible.h"
+#include "physics/numerics/clock.h"
 #include "tools/control/observation.h"
 #include "tools/control/reduced_model.h"
 #include "tools/control/residual.h"
@@ -10,7 +11,6 @@
 #include "tools/programs/help.h"
 #include "tools/programs/residual_rest.h"
 #include "tools/surrogate/surrogate.h"
-#include "tools/train/clock.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -274,10 +274,10 @@ static void print_row(const learning *learning, const char *name, const one_step
                       size_t held)
 {
     const size_t trained = learning->run_count - held;
-    const double start = train_seconds();
+    const double start = clock_seconds(CLOCK_MONOTONIC);
     const double off =
         residual_error(model, learning->h, &learning->observation, trained, learning->runs);
-    const double each = (train_seconds() - start) / (double)learning->rows;
+    const double each = (clock_seconds(CLOCK_MONOTONIC) - start) / (double)learning->rows;
     printf("%-14s  %-10.2e  ", name, off);
     if (held > 0) {
         printf("%-10.2e  ", residual_error(model, learning->h, &learning->observation, held,
@@ -304,7 +304,7 @@ static ad_status learn(learning *learning, ad_error *error)
                                    "# units %d, steps %d, held out %d, noise %.17g, seed %d\n",
                                    o->units, o->steps, o->held_out, o->noise, o->seed);
     status = status == AD_OK ? make_network(learning, error) : status;
-    const double start = train_seconds();
+    const double start = clock_seconds(CLOCK_MONOTONIC);
     status = status == AD_OK
                  ? residual_fit(learning->net, learning->h, &learning->observation,
                                 learning->run_count, learning->runs, held, &settings, error)
@@ -313,7 +313,7 @@ static ad_status learn(learning *learning, ad_error *error)
         const one_step corrected = residual_one_step(learning->net);
         printf("%zu motions, %zu held out, %zu samples of %g s; %d states, %zu numbers; %.1f s\n",
                learning->run_count, held, learning->rows, learning->h, learning->step.states,
-               residual_count(learning->net), train_seconds() - start);
+               residual_count(learning->net), clock_seconds(CLOCK_MONOTONIC) - start);
         if (learning->lost > 0) {
             printf("%zu samples have no place, and do not count\n", learning->lost);
         }

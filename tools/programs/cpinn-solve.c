@@ -1,6 +1,7 @@
 /* cpinn-solve: solve a scene classically; see --help. */
 #include "physics/beam/beam.h"
 #include "physics/learn/model.h"
+#include "physics/numerics/clock.h"
 #include "tools/files/shapes_vtk.h"
 #include "tools/prepare/config_experiment.h"
 #include "tools/programs/cli.h"
@@ -16,7 +17,6 @@
 #include "tools/programs/solve_rows.h"
 #include "tools/programs/state_file.h"
 #include "tools/programs/unknowns.h"
-#include "tools/train/clock.h"
 #include "tools/train/report.h"
 
 #include <math.h>
@@ -215,10 +215,10 @@ static ad_status solve(solving *solving, ad_error *error)
     solve_settings settings = settings_of(&solving->asked);
     settings.from = solving->from;
     settings.from_count = solving->from_count;
-    double start = train_seconds();
+    double start = clock_seconds(CLOCK_MONOTONIC);
     ad_status status = solution_create(solving->scene, &settings, solving->time_count,
                                        solving->times, &solving->solved, &solving->report, error);
-    solving->seconds = train_seconds() - start;
+    solving->seconds = clock_seconds(CLOCK_MONOTONIC) - start;
     return status;
 }
 
@@ -367,12 +367,12 @@ static ad_status run_rows(solving *solving, ad_error *error)
     }
     o->tolerance = o->tolerance > 0 ? o->tolerance : solve_settings_default(open).tolerance;
     const solve_settings settings = settings_of(o);
-    const double start = train_seconds();
+    const double start = clock_seconds(CLOCK_MONOTONIC);
     status = samples_choose(&solving->grid, &o->where, NULL, open, 0, error);
     status = status == AD_OK ? solve_rows_run(open, o->rows, &settings, &solving->grid,
                                               &solving->rows, &solving->verdict, error)
                              : status;
-    solving->seconds = train_seconds() - start;
+    solving->seconds = clock_seconds(CLOCK_MONOTONIC) - start;
     if (status == AD_OK && o->out) {
         status = samples_write(&solving->grid, o->out, error);
     }

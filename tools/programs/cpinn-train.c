@@ -1,5 +1,6 @@
 /* cpinn-train: train a network on a scene; see --help. */
 #include "autodiff/dense.h"
+#include "physics/numerics/clock.h"
 #include "tools/prepare/config_session.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/conclude.h"
@@ -14,7 +15,6 @@
 #include "tools/programs/train_ranks.h"
 #include "tools/programs/train_surrogate.h"
 #include "tools/programs/unknowns.h"
-#include "tools/train/clock.h"
 #include "tools/train/measured_terms.h"
 #include "tools/train/report.h"
 #include "tools/train/trainer_unknowns.h"
@@ -158,7 +158,7 @@ static void find_unknowns(training *t)
 static void announce_waiting(training *t)
 {
     const ad_ranks *ranks = t->asked->ranks;
-    const double part = (ranks_waited() - t->waited) / (train_seconds() - t->began),
+    const double part = (ranks_waited() - t->waited) / (clock_seconds(CLOCK_MONOTONIC) - t->began),
                  most = ad_ranks_largest(ranks, part), least = -ad_ranks_largest(ranks, -part);
     if (ranks) {
         progress_say(&t->progress,
@@ -379,7 +379,7 @@ static ad_status train(training *t, ad_error *error)
     announce(t);
     announce_members(t);
     announce_stage(t);
-    t->began = train_seconds();
+    t->began = clock_seconds(CLOCK_MONOTONIC);
     t->waited = ranks_waited();
     ad_status status = session_train(&t->s, stepped, t, error);
     const fit_state state = trainer_fit(t->s.trainer)->state;

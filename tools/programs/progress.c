@@ -1,8 +1,8 @@
 #include "tools/programs/progress.h"
 
+#include "physics/numerics/clock.h"
 #include "tools/programs/signals.h"
 #include "tools/programs/status_line.h"
-#include "tools/train/clock.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -19,7 +19,7 @@ progress progress_start(FILE *file, bool quiet, const fit *of)
                   .of = of,
                   .gap = 1,
                   .last = of->at};
-    p.started = p.next = p.window_began = p.stage_began = train_seconds();
+    p.started = p.next = p.window_began = p.stage_began = clock_seconds(CLOCK_MONOTONIC);
     p.first_step = p.last.step;
     p.stage_first = p.last.stage_step;
     p.window_whole = p.last.window_step == 0;
@@ -117,7 +117,7 @@ void progress_step(progress *p)
     if (p->quiet) {
         return;
     }
-    double now = train_seconds();
+    double now = clock_seconds(CLOCK_MONOTONIC);
     follow(p, &p->of->at, now);
     if (p->of->state != FIT_RUNNING || now < p->next) {
         return;

@@ -1,8 +1,8 @@
 #include "tools/programs/samples.h"
 
+#include "physics/numerics/clock.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/section_size.h"
-#include "tools/train/clock.h"
 #include "tools/train/reference.h"
 
 #include <math.h>
@@ -151,10 +151,10 @@ static ad_status ask_for_members(samples *p, const answer *a, ad_error *error)
                            ? AD_OK
                            : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu rows", rows);
     if (status == AD_OK) {
-        const double start = train_seconds();
+        const double start = clock_seconds(CLOCK_MONOTONIC);
         status =
             a->kind->of_members(a, p->members, p->parameters, values, jacobian, p->said, error);
-        p->seconds = train_seconds() - start;
+        p->seconds = clock_seconds(CLOCK_MONOTONIC) - start;
     }
     if (status == AD_OK) {
         turn(rows, columns, values, p->values);

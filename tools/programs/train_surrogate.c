@@ -1,5 +1,6 @@
 #include "tools/programs/train_surrogate.h"
 
+#include "physics/numerics/clock.h"
 #include "tools/prepare/config_session.h"
 #include "tools/prepare/config_surrogate.h"
 #include "tools/programs/cli.h"
@@ -8,7 +9,6 @@
 #include "tools/programs/progress.h"
 #include "tools/programs/signals.h"
 #include "tools/surrogate/training.h"
-#include "tools/train/clock.h"
 #include "tools/train/report.h"
 
 #include <math.h>

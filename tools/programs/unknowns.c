@@ -1,11 +1,11 @@
 #include "tools/programs/unknowns.h"
 
+#include "physics/numerics/clock.h"
 #include "tools/files/file_bytes.h"
 #include "tools/files/table_shapes.h"
 #include "tools/prepare/config_experiment.h"
 #include "tools/programs/estimates.h"
 #include "tools/programs/section_size.h"
-#include "tools/train/clock.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -52,14 +52,14 @@ static void join_at(unknowns *unknowns, const char *at, const double *values)
 
 static ad_status search(unknowns *unknowns, int threads, fit_run *run, ad_error *error)
 {
-    const double start = train_seconds();
+    const double start = clock_seconds(CLOCK_MONOTONIC);
     const least_squares_runner runner = fit_run_by(run);
     ad_status status = fit_run_ask(run, unknowns->settings, error, "# unknowns of a scene\n");
     if (status == AD_OK) {
         status = config_identify(unknowns->settings, threads, unknowns->modes, &runner,
                                  &unknowns->found, error);
     }
-    unknowns->seconds = train_seconds() - start;
+    unknowns->seconds = clock_seconds(CLOCK_MONOTONIC) - start;
     return status;
 }
 

@@ -3,7 +3,7 @@
 #include "autodiff/ranks.h"
 #include "nn/rng.h"
 #include "physics/chain/reduced.h"
-#include "tools/train/clock.h"
+#include "physics/numerics/clock.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -145,7 +145,7 @@ static ad_status run_rollout(void *context, int item, int thread, ad_error *erro
     const size_t rows = (size_t)settings->steps + 1;
     double *state = to->state + (size_t)item * rows * (size_t)to->states;
     double *input = to->input + (size_t)item * rows * (size_t)to->inputs;
-    const double began = train_processor_seconds();
+    const double began = clock_seconds(CLOCK_THREAD_CPUTIME_ID);
     const int index = settings->first + item;
     ad_error unsettled;
     excitation_draw(to->inputs, runner->open->parameters, settings, index, input);
@@ -167,7 +167,7 @@ static ad_status run_rollout(void *context, int item, int thread, ad_error *erro
         to->done[item] += status == AD_OK;
         runner->tally[2 * item + 1] += status == AD_NOT_FINITE;
     }
-    runner->seconds[item] = train_processor_seconds() - began;
+    runner->seconds[item] = clock_seconds(CLOCK_THREAD_CPUTIME_ID) - began;
     return status == AD_NOT_FINITE ? AD_OK : status; /* this rollout is over */
 }
 

@@ -1,11 +1,11 @@
 #include "tools/surrogate/rollouts_internal.h"
 
 #include "physics/chain/reduced.h"
+#include "physics/numerics/clock.h"
 #include "physics/numerics/quaternion.h"
 #include "physics/numerics/sort.h"
 #include "tools/surrogate/excitation.h"
 #include "tools/surrogate/growth.h"
-#include "tools/train/clock.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -209,7 +209,7 @@ static double time_steps(const one_step *model, int together, const double *stat
 {
     const double measured = 0.05;
     const size_t n = (size_t)model->states, m = (size_t)model->inputs;
-    const double began = train_processor_seconds();
+    const double began = clock_seconds(CLOCK_THREAD_CPUTIME_ID);
     double least = INFINITY, now = began;
     while (now - began < measured) {
         for (int i = 0; i < ROLLOUTS_TOGETHER; i += together) {
@@ -220,7 +220,7 @@ static double time_steps(const one_step *model, int together, const double *stat
             }
         }
         const double then = now;
-        now = train_processor_seconds();
+        now = clock_seconds(CLOCK_THREAD_CPUTIME_ID);
         least = fmin(least, (now - then) / (ROLLOUTS_TOGETHER / together));
     }
     return least;

@@ -26,7 +26,7 @@ bool surrogate_is_given(const surrogate_settings *settings)
     return !isnan(settings->step);
 }
 
-static bool names(int count, const char *const *all, const char *name)
+bool surrogate_is_among(int count, const char *const *all, const char *name)
 {
     for (int i = 0; i < count; i++) {
         if (strcmp(all[i], name) == 0) {
@@ -38,7 +38,7 @@ static bool names(int count, const char *const *all, const char *name)
 
 bool surrogate_names_parameter(const surrogate_settings *settings, const char *name)
 {
-    return names(settings->parameter_count, settings->parameters, name);
+    return surrogate_is_among(settings->parameter_count, settings->parameters, name);
 }
 
 /* ---- what is open, and checks -------------------------------------------------------------- */
@@ -61,9 +61,10 @@ static ad_status check_names(const char *list, int count, const char *const *all
     char problem[256], where[TRAIN_KEY_MAX];
     for (int i = 0; i < count; i++) {
         const char *what = scene_parameter_find(of, all[i]) < 0 ? "is no parameter with a range"
-                           : names(i, all, all[i])              ? "is there twice"
-                           : names(other_count, other, all[i])  ? "is among the other list as well"
-                                                                : NULL;
+                           : surrogate_is_among(i, all, all[i]) ? "is there twice"
+                           : surrogate_is_among(other_count, other, all[i])
+                               ? "is among the other list as well"
+                               : NULL;
         if (what) {
             snprintf(where, sizeof where, "surrogate.%s[%d]", list, i);
             snprintf(problem, sizeof problem,
@@ -91,7 +92,7 @@ static ad_status resolve_names(surrogate_settings *settings, const scene *of,
     }
     for (int i = 0; i < of->parameter_count && status == AD_OK; i++) {
         const char *name = of->parameters[i].name;
-        if (names(settings->input_count, settings->inputs, name) ||
+        if (surrogate_is_among(settings->input_count, settings->inputs, name) ||
             surrogate_names_parameter(settings, name)) {
             continue;
         }

@@ -42,6 +42,9 @@ surrogate_settings surrogate_settings_default(void);
 bool surrogate_is_given(const surrogate_settings *settings);
 bool surrogate_names_parameter(const surrogate_settings *settings, const char *name);
 
+/* Whether a name is one of names [count]. */
+bool surrogate_is_among(int count, const char *const *names, const char *name);
+
 /* Fills in what is open, network and stages (where they are not given) among it, and checks.
  * AD_BAD_INPUT: `key` receives the key that is to blame, `error` the rest of the line. */
 ad_status surrogate_settings_resolve(surrogate_settings *settings, train_settings *training,

@@ -1,6 +1,6 @@
+#include "physics/numerics/clock.h"
 #include "tools/surrogate/surrogate.h"
 #include "tools/surrogate/training_internal.h"
-#include "tools/train/clock.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -213,7 +213,7 @@ ad_status surrogate_training_create(const scene *open, surrogate_settings *setti
     if (!t) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a one-step model");
     }
-    const double before = train_seconds();
+    const double before = clock_seconds(CLOCK_MONOTONIC);
     t->open = open;
     t->settings = settings;
     t->training = training;
@@ -225,8 +225,8 @@ ad_status surrogate_training_create(const scene *open, surrogate_settings *setti
     ad_status status =
         surrogate_choose_modes(open, settings, pool, training->seed, t->info.modes, error);
     status = status == AD_OK ? prepare(t, error) : status;
-    t->info.prepared = train_seconds() - before;
-    t->fit.started = train_seconds();
+    t->info.prepared = clock_seconds(CLOCK_MONOTONIC) - before;
+    t->fit.started = clock_seconds(CLOCK_MONOTONIC);
     if (status != AD_OK) {
         surrogate_training_free(t);
         return status;

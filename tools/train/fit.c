@@ -1,7 +1,7 @@
 #include "tools/train/fit.h"
 
 #include "autodiff/ranks.h"
-#include "tools/train/clock.h"
+#include "physics/numerics/clock.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -12,7 +12,7 @@ static const double usual_ratio = 100; /* where the stage does not stop for it *
 
 fit fit_of(const train_settings *settings, const ad_ranks *ranks, const fit_kind *kind, void *of)
 {
-    const double now = train_seconds();
+    const double now = clock_seconds(CLOCK_MONOTONIC);
     return (fit){.settings = settings,
                  .ranks = ranks,
                  .kind = kind,
@@ -40,14 +40,14 @@ ad_status fit_start(fit *f, ad_error *error)
 {
     f->steps = f->settings->stages[f->at.stage].steps;
     const ad_status status = f->kind->start(f->of, error);
-    f->stage_started = train_seconds();
+    f->stage_started = clock_seconds(CLOCK_MONOTONIC);
     f->state = f->steps > 0 ? f->state : FIT_OVER; /* of a fit that shall only begin */
     return status;
 }
 
 static double clock_of(const fit *f)
 {
-    return isnan(f->still) ? train_seconds() : f->still;
+    return isnan(f->still) ? clock_seconds(CLOCK_MONOTONIC) : f->still;
 }
 
 double fit_seconds(const fit *f)
@@ -63,10 +63,10 @@ double fit_stage_seconds(const fit *f)
 ad_status fit_add_row(fit *f, ad_error *error)
 {
     const bool runs = isnan(f->still);
-    f->still = runs ? train_seconds() : f->still;
+    f->still = runs ? clock_seconds(CLOCK_MONOTONIC) : f->still;
     const ad_status status = f->kind->row(f->of, error);
     if (runs) {
-        const double passed = train_seconds() - f->still;
+        const double passed = clock_seconds(CLOCK_MONOTONIC) - f->still;
         f->started += passed;
         f->stage_started += passed;
         f->still = NAN;
@@ -208,7 +208,7 @@ ad_status fit_step(fit *f, ad_error *error)
         end = end ? end : reason_to_end(f, status); /* the error is known only now */
     }
     result = result == AD_OK && end ? end_stage(f, end, status, error) : result;
-    f->still = f->state == FIT_OVER ? train_seconds() : NAN;
+    f->still = f->state == FIT_OVER ? clock_seconds(CLOCK_MONOTONIC) : NAN;
     return result;
 }
 
@@ -288,7 +288,7 @@ static ad_status get_place(fit *f, const checkpoint *file, ad_error *error)
     f->state = at->stage == stages ? FIT_OVER : FIT_RUNNING;
     f->still = f->state == FIT_OVER ? f->started : NAN;
     f->started -= seconds;
-    f->stage_started = train_seconds() - stage_seconds;
+    f->stage_started = clock_seconds(CLOCK_MONOTONIC) - stage_seconds;
     return f->windows > 1 ? checkpoint_get_integer(file, "training/window_step", 0, at->step,
                                                    &at->window_step, error)
                           : AD_OK;

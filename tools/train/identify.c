@@ -2,6 +2,8 @@
 
 #include "autodiff/memory.h"
 #include "physics/numerics/sampling.h"
+#include "tools/train/judged.h"
+#include "tools/train/judged_rows.h"
 #include "tools/train/least_squares.h"
 
 #include <math.h>
@@ -102,15 +104,6 @@ static ad_status run(search *search, bool rough, size_t trials, const double *z,
     return solve_trials_run(search->trials, trials, values, rough, residuals, error);
 }
 
-static double sum_of_squares(size_t n, const double *r)
-{
-    double sum = 0;
-    for (size_t i = 0; i < n; i++) {
-        sum += r[i] * r[i];
-    }
-    return sum;
-}
-
 static int evaluate(search *search, const double *y, double *value)
 {
     double z[MAX];
@@ -119,7 +112,7 @@ static int evaluate(search *search, const double *y, double *value)
         search->all.y[i] = y[i];
     }
     const ad_status status = run(search, search->all.easy != 0, 1, z, search->r, &search->error);
-    *value = sum_of_squares(search->n, search->r);
+    *value = measured_square(search->n, search->r);
     return status != AD_OK    ? OPTIM_OBJECTIVE_STOP
            : isfinite(*value) ? OPTIM_OBJECTIVE_OK
                               : OPTIM_OBJECTIVE_NOT_FINITE;
@@ -152,7 +145,7 @@ static int differentiate(search *search, const double *z)
     for (size_t i = 0; i < (size_t)search->count * n; i++) {
         search->j[i] *= scene_parameter_slope(&unknown[i / n], values[i / n]);
     }
-    return isfinite(sum_of_squares((size_t)search->count * n, search->j))
+    return isfinite(measured_square((size_t)search->count * n, search->j))
                ? OPTIM_OBJECTIVE_OK
                : OPTIM_OBJECTIVE_NOT_FINITE;
 }
@@ -190,7 +183,7 @@ static int sum(void *context, const double *y, double *value, least_squares *to)
     }
     code = code == OPTIM_OBJECTIVE_OK ? differentiate(search, z) : code;
     if (code == OPTIM_OBJECTIVE_OK) {
-        *value = sum_of_squares(search->n, search->r);
+        *value = measured_square(search->n, search->r);
         multiply(search, slope);
     }
     return code;
@@ -343,7 +336,7 @@ static ad_status try_starts(search *search, starts *all, ad_error *error)
     const bool rough = isfinite(all->end[0].chi_squared);
     status = status == AD_OK ? run(search, rough, (size_t)n, z, residuals, error) : status;
     for (int k = 0; status == AD_OK && k < n; k++) {
-        const double sum = sum_of_squares(search->n, residuals + (size_t)k * search->n);
+        const double sum = measured_square(search->n, residuals + (size_t)k * search->n);
         all->chi_squared[k] = isfinite(sum) ? sum : INFINITY;
     }
     free(residuals);
@@ -581,7 +574,7 @@ static ad_status conclude(search *search, identified *result, ad_error *error)
     }
     multiply(search, NULL);
     values_of(search, z, result->value);
-    result->chi_squared = sum_of_squares(search->n, search->r);
+    result->chi_squared = measured_square(search->n, search->r);
     const double freedom = (double)search->n - free_unknowns;
     result->noise_factor =
         search->noise_is_scaled && freedom > 0 ? sqrt(result->chi_squared / freedom) : 1;

@@ -2,9 +2,9 @@
 
 #include "autodiff/memory.h"
 #include "nn/rng.h"
+#include "physics/numerics/clock.h"
 #include "physics/numerics/sort.h"
 #include "physics/scene/scene_values.h"
-#include "tools/train/clock.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -508,7 +508,7 @@ ad_status learned_rest_run(learned_rest *rest, learned_kind kind, learned_result
 {
     learned_fit *fit = NULL;
     learned_settings settings = rest->asked.fit;
-    const double start = train_seconds();
+    const double start = clock_seconds(CLOCK_MONOTONIC);
     *result = (learned_result){.made = is_made(rest, kind)};
     *over = true;
     if (!result->made) {
@@ -520,7 +520,7 @@ ad_status learned_rest_run(learned_rest *rest, learned_kind kind, learned_result
         result->trained = score(rest, fit, rest->used, true);
         result->held_out = score(rest, fit, rest->used, false);
         result->report = learned_fit_report(fit);
-        result->seconds = train_seconds() - start;
+        result->seconds = clock_seconds(CLOCK_MONOTONIC) - start;
     }
     if (status == AD_OK && *over && kind == LEARNED_BOTH) {
         double slope;

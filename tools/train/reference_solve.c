@@ -1,9 +1,9 @@
 #include "tools/train/reference_solve.h"
 
+#include "physics/numerics/clock.h"
 #include "physics/solve/solve.h"
 #include "tools/files/checkpoint.h"
 #include "tools/files/file_bytes.h"
-#include "tools/train/clock.h"
 #include "tools/train/report.h"
 #include "tools/train/run.h"
 
@@ -221,10 +221,10 @@ ad_status reference_solve(const experiment *e, const double *member, size_t poin
     }
     if (!take_kept(&r, about)) {
         char source[32];
-        double start = train_seconds();
+        double start = clock_seconds(CLOCK_MONOTONIC);
         status = solve(&r, about, error);
         if (status == AD_OK) {
-            snprintf(source, sizeof source, "%.3g s", train_seconds() - start);
+            snprintf(source, sizeof source, "%.3g s", clock_seconds(CLOCK_MONOTONIC) - start);
             say_solved(&r, source, about);
             keep(&r, about);
         }

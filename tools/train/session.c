@@ -1,7 +1,7 @@
 #include "tools/train/session.h"
 
 #include "autodiff/ranks.h"
-#include "tools/train/clock.h"
+#include "physics/numerics/clock.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -12,7 +12,7 @@ static ad_status prepare(session *s, double before, ad_status status, ad_error *
     if (status == AD_OK) {
         status = experiment_problem(s->e, &s->problem, error);
     }
-    s->prepared = train_seconds() - before;
+    s->prepared = clock_seconds(CLOCK_MONOTONIC) - before;
     return status == AD_OK ? reference_create(s->e, &s->known, error) : status;
 }
 
@@ -20,7 +20,7 @@ ad_status session_prepare(const scene *rod_scene, train_settings *settings,
                           const train_origin *origin, int threads, session *s, ad_error *error)
 {
     *s = (session){.e = NULL};
-    double before = train_seconds();
+    double before = clock_seconds(CLOCK_MONOTONIC);
     return prepare(s, before, experiment_create(rod_scene, settings, origin, threads, &s->e, error),
                    error);
 }
@@ -30,7 +30,7 @@ ad_status session_prepare_model(physics_model *m, train_settings *settings,
                                 ad_error *error)
 {
     *s = (session){.e = NULL};
-    double before = train_seconds();
+    double before = clock_seconds(CLOCK_MONOTONIC);
     return prepare(s, before, experiment_of_model(m, settings, origin, threads, &s->e, error),
                    error);
 }
@@ -77,7 +77,7 @@ static ad_status save(session *s, ad_error *error)
     if (writes && status != AD_OK) {
         held = run_check_held(s->folder, error); /* removed meanwhile, perhaps */
     }
-    s->last_save = train_seconds();
+    s->last_save = clock_seconds(CLOCK_MONOTONIC);
     s->saved_step = s->fit->at.step;
     return held == AD_OK ? status : held;
 }
@@ -166,7 +166,7 @@ ad_status session_begin(session *s, run_folder *folder, bool resume, ad_error *e
 static bool save_is_due(const session *s)
 {
     return s->fit->at.step % s->fit->settings->checkpoint_every == 0 ||
-           train_seconds() - s->last_save > s->fit->settings->checkpoint_seconds;
+           clock_seconds(CLOCK_MONOTONIC) - s->last_save > s->fit->settings->checkpoint_seconds;
 }
 
 /* After a step: whether to save now, by the clock of the first rank, and to stop, when any rank
@@ -191,7 +191,7 @@ ad_status session_train(session *s, session_stepped stepped, void *context, ad_e
 {
     fit *fit = s->fit;
     bool stopped = false, due;
-    s->last_save = train_seconds();
+    s->last_save = clock_seconds(CLOCK_MONOTONIC);
     s->saved_step = s->fit->at.step;
     while (fit->state == FIT_RUNNING && !stopped) {
         ad_status status = fit_step(fit, error);

@@ -1,9 +1,9 @@
 #include "tools/train/targets.h"
 
 #include "autodiff/memory.h"
+#include "physics/numerics/clock.h"
 #include "physics/numerics/distance.h"
 #include "physics/numerics/sort.h"
-#include "tools/train/clock.h"
 #include "tools/train/members_given.h"
 
 #include <assert.h>
@@ -341,7 +341,7 @@ static ad_status fit(targets *t, ad_error *error)
 
 ad_status targets_draw(targets *t, uint64_t seed, ad_error *error)
 {
-    const double began = train_seconds();
+    const double began = clock_seconds(CLOCK_MONOTONIC);
     nn_rng fresh = nn_rng_split(seed, "members/fresh");
     if (!make_members(t, TARGETS_FRESH, true, &t->fresh)) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for fresh members");
@@ -350,7 +350,7 @@ ad_status targets_draw(targets *t, uint64_t seed, ad_error *error)
     status = status == AD_OK ? draw_members(t, SAMPLING_UNIFORM, &fresh, &t->fresh, error) : status;
     status = status == AD_OK ? fit(t, error) : status;
     t->account.solved = t->solved.count;
-    t->account.seconds = train_seconds() - began;
+    t->account.seconds = clock_seconds(CLOCK_MONOTONIC) - began;
     return status;
 }
 

@@ -1,5 +1,5 @@
 #include "autodiff/ranks.h"
-#include "tools/train/clock.h"
+#include "physics/numerics/clock.h"
 #include "tools/train/trainer_internal.h"
 
 #include <math.h>

@@ -1,6 +1,6 @@
 /* The state of training in a checkpoint; the items are listed in tools/train/trainer.h. */
 #include "autodiff/dense.h"
-#include "tools/train/clock.h"
+#include "physics/numerics/clock.h"
 #include "tools/train/report.h"
 #include "tools/train/trainer_internal.h"
 
