@@ -72,6 +72,10 @@ said stdout.txt '^  tip +0\.2997[0-9]* 0 0\.002[89][0-9]* m$'
 run 0 cpinn-solve "$ROOT/configs/soft_arm.yaml" --method modes --modes 3,1,0,0 --grid 5x3 --out m.csv
 said stdout.txt '^solved: [0-9]+ nodes, 7 modes'
 check no estimate -- test "$(grep -c estimate stdout.txt)" -eq 0
+# More windows than a network may have are nothing to the solver.
+long=("$ROOT/configs/soft_arm.yaml" --set time.duration=100 --set rod.material.relaxation_time=0.1)
+run 0 cpinn-solve "${long[@]}" --method modes --modes 2,0,0,0
+refused 'time.duration: would take [0-9.e+]* windows' cpinn-train "${long[@]}"
 for modes in 2147483647,1,1,1 99999999999,1,1,1 1,1,1 2,1,2,1x; do
     refused "^cpinn-solve: --modes $modes; allowed: with --method modes, four numbers from 0 to " \
         cpinn-solve "$ROOT/configs/soft_arm.yaml" --method modes --modes $modes

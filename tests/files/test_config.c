@@ -53,8 +53,8 @@ static void check_refusals(const refusal *rows, size_t count)
         const refusal *row = &rows[i];
         ad_error error = {AD_OK, ""};
         config *experiment = NULL;
-        ad_status status = prepare_read("scene.yaml", row->text, row->override ? 1 : 0,
-                                        &row->override, &experiment, &error);
+        ad_status status = read_to_train("scene.yaml", row->text, row->override ? 1 : 0,
+                                         &row->override, &experiment, &error);
         char line[1000];
         expand(row->line, line, sizeof line);
         assert_string_equal(error.message, line);
@@ -82,12 +82,12 @@ static void test_files(void **state)
     (void)state;
     ad_error error = {AD_OK, ""};
     config *experiment = NULL;
-    assert_int_equal(prepare_read("/nowhere/a.yaml", NULL, 0, NULL, &experiment, &error), AD_IO);
+    assert_int_equal(read_to_train("/nowhere/a.yaml", NULL, 0, NULL, &experiment, &error), AD_IO);
     assert_string_equal(error.message,
                         "/nowhere/a.yaml: cannot be read: No such file or directory");
-    assert_int_equal(prepare_read("/", NULL, 0, NULL, &experiment, &error), AD_IO);
+    assert_int_equal(read_to_train("/", NULL, 0, NULL, &experiment, &error), AD_IO);
     assert_string_equal(error.message, "/: is a directory; allowed: a YAML file");
-    assert_int_equal(prepare_read("/dev/null", NULL, 0, NULL, &experiment, &error), AD_IO);
+    assert_int_equal(read_to_train("/dev/null", NULL, 0, NULL, &experiment, &error), AD_IO);
     assert_string_equal(error.message, "/dev/null: is not a regular file; allowed: a YAML file");
     assert_null(experiment);
 }
@@ -129,13 +129,13 @@ static void test_every_key(void **state)
         snprintf(override, sizeof override, "%s=%s", path, section ? "[1]" : "{a: b}");
         snprintf(start, sizeof start, "override %s: %s: is a %s; allowed: ", override, path,
                  section ? "list" : "section");
-        assert_int_equal(prepare_read("scene.yaml", BASE, count, given, &experiment, &error),
+        assert_int_equal(read_to_train("scene.yaml", BASE, count, given, &experiment, &error),
                          AD_BAD_INPUT);
         assert_memory_equal(error.message, start, strlen(start));
         if (key->type <= CONFIG_LONG && isfinite(key->low) && key->entries_max == 0) {
             snprintf(override, sizeof override, "%s=%.17g", path, key->low - 1);
             snprintf(start, sizeof start, "override %s: %s: is ", override, path);
-            assert_int_equal(prepare_read("scene.yaml", BASE, count, given, &experiment, &error),
+            assert_int_equal(read_to_train("scene.yaml", BASE, count, given, &experiment, &error),
                              AD_BAD_INPUT);
             assert_memory_equal(error.message, start, strlen(start));
         }
@@ -190,7 +190,7 @@ static void test_alias_bomb(void **state)
                  "%s: &a%d {<<: [*a%d, *a%d, *a%d, *a%d, *a%d, *a%d, *a%d, *a%d, *a%d]}\n",
                  sections[i], i + 1, i, i, i, i, i, i, i, i, i);
     }
-    assert_int_equal(prepare_read("scene.yaml", text, 0, NULL, &experiment, &error), AD_BAD_INPUT);
+    assert_int_equal(read_to_train("scene.yaml", text, 0, NULL, &experiment, &error), AD_BAD_INPUT);
     snprintf(text, sizeof text, "rod: &a0 {}\n");
     for (int i = 0; i < 7; i++) {
         size_t at = strlen(text);
@@ -198,7 +198,7 @@ static void test_alias_bomb(void **state)
                  "%s: &a%d {<<: [*a%d, *a%d, *a%d, *a%d, *a%d, *a%d, *a%d, *a%d, *a%d]}\n",
                  sections[i], i + 1, i, i, i, i, i, i, i, i, i);
     }
-    assert_int_equal(prepare_read("scene.yaml", text, 0, NULL, &experiment, &error), AD_BAD_INPUT);
+    assert_int_equal(read_to_train("scene.yaml", text, 0, NULL, &experiment, &error), AD_BAD_INPUT);
     assert_non_null(strstr(error.message, "aliases expand to too many entries"));
 }
 
@@ -429,7 +429,7 @@ static void test_shipped_configs(void **state)
         ad_error error = {AD_OK, ""};
         config *experiment = NULL;
         snprintf(path, sizeof path, "%s/%s.yaml", CONFIGS_FOLDER, names[i]);
-        if (prepare_read(path, NULL, 0, NULL, &experiment, &error) != AD_OK) {
+        if (read_to_train(path, NULL, 0, NULL, &experiment, &error) != AD_OK) {
             fail_msg("%s", error.message);
         }
         assert_string_equal(experiment->settings.name, names[i]);
@@ -445,7 +445,7 @@ static void test_shipped_numbers(void **state)
     (void)state;
     config *experiment = NULL;
     const char *path = CONFIGS_FOLDER "/heavy_cantilever.yaml";
-    assert_int_equal(prepare_read(path, NULL, 0, NULL, &experiment, NULL), AD_OK);
+    assert_int_equal(read_to_train(path, NULL, 0, NULL, &experiment, NULL), AD_OK);
     const scene_rod *rod = &experiment->scene.rod;
     scene_properties follows = scene_properties_of(&experiment->scene);
     double weight = follows.mass_per_length.number * 9.81 * pow(rod->length.number, 3) /
@@ -453,14 +453,14 @@ static void test_shipped_numbers(void **state)
     assert_near(weight, 5, 1e-12); /* rounding of a few operations */
     config_free(experiment);
     path = CONFIGS_FOLDER "/helix.yaml";
-    assert_int_equal(prepare_read(path, NULL, 0, NULL, &experiment, NULL), AD_OK);
+    assert_int_equal(read_to_train(path, NULL, 0, NULL, &experiment, NULL), AD_OK);
     rod = &experiment->scene.rod;
     follows = scene_properties_of(&experiment->scene);
     assert_near(follows.curvature_stiffness[2].number / follows.curvature_stiffness[0].number,
                 1 / 1.3, 1e-14);
     config_free(experiment);
     path = CONFIGS_FOLDER "/cantilever_dynamic.yaml";
-    assert_int_equal(prepare_read(path, NULL, 0, NULL, &experiment, NULL), AD_OK);
+    assert_int_equal(read_to_train(path, NULL, 0, NULL, &experiment, NULL), AD_OK);
     assert_near(experiment->scene.start.rotation[1].number, sqrt(0.5), 1e-15);
     assert_near(experiment->scene.start.rotation[3].number, sqrt(0.5), 1e-15);
     config_free(experiment);
@@ -473,7 +473,7 @@ static void test_edited_section(void **state)
     (void)state;
     config *experiment = NULL;
     const char *path = CONFIGS_FOLDER "/heavy_cantilever.yaml";
-    assert_int_equal(prepare_read(path, NULL, 0, NULL, &experiment, NULL), AD_OK);
+    assert_int_equal(read_to_train(path, NULL, 0, NULL, &experiment, NULL), AD_OK);
     char *text = written(experiment, false);
     assert_non_null(strstr(text, "    shear_correction: null # 0."));
     assert_non_null(strstr(text, "    bending: null # [0."));
@@ -676,7 +676,7 @@ static void test_mutations(void **state)
             text[nn_rng_below(&rng, size)] = random ? (char)byte : with;
         }
         ad_status status =
-            prepare_read(CONFIGS_FOLDER "/elastica.yaml", text, 0, NULL, &experiment, &error);
+            read_to_train(CONFIGS_FOLDER "/elastica.yaml", text, 0, NULL, &experiment, &error);
         if (status == AD_OK) {
             config_free(experiment);
         } else {
@@ -700,7 +700,8 @@ static void test_deep_nesting(void **state)
             text[k] = openings[i] == '-' ? "- "[k % 2] : openings[i];
         }
         text[sizeof text - 1] = '\0';
-        assert_int_not_equal(prepare_read("scene.yaml", text, 0, NULL, &experiment, &error), AD_OK);
+        assert_int_not_equal(read_to_train("scene.yaml", text, 0, NULL, &experiment, &error),
+                             AD_OK);
     }
 }
 
@@ -715,7 +716,7 @@ static void test_many_anchors(void **state)
     for (int i = 0; i < 300; i++) {
         used += (size_t)snprintf(text + used, sizeof text - used, "k%d: &a%d 1\n", i, i);
     }
-    assert_int_equal(prepare_read("scene.yaml", text, 0, NULL, &experiment, &error), AD_BAD_INPUT);
+    assert_int_equal(read_to_train("scene.yaml", text, 0, NULL, &experiment, &error), AD_BAD_INPUT);
     assert_string_equal(error.message, "scene.yaml:257:7: anchor 257; allowed: 256 in a file");
 }
 

@@ -23,6 +23,15 @@ static inline void fuzz_config(const char *text, int count, const char *const *o
         fuzz_refused(&error);
         return;
     }
+    char *open = fuzz_config_text(settings);
+    fuzz_require(prepare_read("open.yaml", open, 0, NULL, &again, &error) == AD_OK);
+    config_free(again);
+    free(open);
+    if (prepare_training(settings, &error) != AD_OK) {
+        fuzz_refused(&error);
+        config_free(settings);
+        return;
+    }
     char *written = fuzz_config_text(settings);
     fuzz_require(prepare_read("written.yaml", written, 0, NULL, &again, &error) == AD_OK);
     char *twice = fuzz_config_text(again);

@@ -9,13 +9,27 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+/* Of a scene that is to be trained. */
+static inline ad_status read_to_train(const char *path, const char *text, int count,
+                                      const char *const *overrides, config **result,
+                                      ad_error *error)
+{
+    ad_status status = prepare_read(path, text, count, overrides, result, error);
+    status = status == AD_OK ? prepare_training(*result, error) : status;
+    if (status != AD_OK) {
+        config_free(*result);
+        *result = NULL;
+    }
+    return status;
+}
+
 /* text: NULL: the file's. */
 static inline config *read_config(const char *path, const char *text, int count,
                                   const char *const *overrides)
 {
     ad_error error = {.message = ""};
     config *made = NULL;
-    if (prepare_read(path, text, count, overrides, &made, &error) != AD_OK) {
+    if (read_to_train(path, text, count, overrides, &made, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     return made;

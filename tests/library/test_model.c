@@ -81,6 +81,7 @@ static void test_scene_with_a_term(void **state)
     config *file;
     ad_error error = {AD_OK, ""};
     assert_int_equal(prepare_read("configs/elastica.yaml", NULL, 0, NULL, &file, &error), AD_OK);
+    assert_int_equal(prepare_training(file, &error), AD_OK);
     const double wanted = 0;
     double errors[2];
     for (int with = 0; with < 2; with++) {

@@ -189,11 +189,7 @@ static void test_table(void **state)
     (void)state;
     put_file("wind.csv", "s,f\n0,1\n0.2,3\n0.5,0\n");
     put_file("rod.yaml", TABLED "tables: [{name: wind, file: wind.csv}]\n");
-    ad_error error = {.message = ""};
-    config *given = NULL;
-    if (prepare_read(at("rod.yaml"), NULL, 0, NULL, &given, &error) != AD_OK) {
-        fail_msg("%s", error.message);
-    }
+    config *given = read_config(at("rod.yaml"), NULL, 0, NULL);
     char *text = written(given, false);
     quantity force = given->scene.loads.force[1];
     assert_near(quantity_value(force, 0, 0), 2, 1e-15);

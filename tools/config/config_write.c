@@ -101,13 +101,23 @@ static void write_entry(FILE *file, const config_key *key, const void *field, bo
 }
 
 /* Whether the field holds something: numbers that are not NaN, texts that are not NULL, quantities
- * that are given. */
+ * that are given, whole numbers and choices that are allowed, which those left open are not. */
 static bool has_value(const config_key *key, const char *field)
 {
     if (key->type == CONFIG_NUMBER) {
         double real = 0;
         memcpy(&real, field, sizeof real);
         return !isnan(real);
+    }
+    if (key->type == CONFIG_INTEGER || key->type == CONFIG_CHOICE) {
+        int whole = 0;
+        memcpy(&whole, field, sizeof whole);
+        return key->entries_max > 0 || whole >= (key->type == CONFIG_CHOICE ? 0 : key->low);
+    }
+    if (key->type == CONFIG_LONG) {
+        int64_t wide = 0;
+        memcpy(&wide, field, sizeof wide);
+        return key->entries_max > 0 || (double)wide >= key->low;
     }
     if (key->type == CONFIG_QUANTITY) {
         return ((const quantity *)(const void *)field)->is_given;
@@ -127,16 +137,16 @@ void config_write_value(FILE *file, const config_key *key, const char *base, boo
 {
     const char *field = base + key->offset;
     int count = key->entries_max;
-    if (!has_value(key, field)) {
+    if (count > 0 && key->entries_min != key->entries_max) {
+        memcpy(&count, base + key->count_offset, sizeof count);
+    }
+    if (count < 0 || !has_value(key, field)) {
         fputs("null", file);
         return;
     }
-    if (count == 0) {
+    if (count == 0 && key->entries_max == 0) {
         write_entry(file, key, field, as_written);
         return;
-    }
-    if (key->entries_min != key->entries_max) {
-        memcpy(&count, base + key->count_offset, sizeof count);
     }
     fputc('[', file);
     for (int i = 0; i < count; i++) {
@@ -317,17 +327,20 @@ static void write_entry_of(const yaml_writer *outer, int first, int end, int ind
 /* All entries of the list whose keys begin at `first`; returns the key behind them. */
 static int write_list(yaml_writer *writer, int first)
 {
-    const config_list *list = config_list_of(config_keys[first].path);
+    const config_key *key = &config_keys[first];
+    const config_list *list = config_list_of(key->path);
     int end = first, count = config_list_length(writer->experiment, list);
     const char *name = NULL;
+    const bool is_open = count > 0 && list->required && /* which is its first key */
+                         !has_value(key, config_key_base(writer->experiment, key, 0) + key->offset);
     while (end < config_key_count && config_list_of(config_keys[end].path) == list) {
         end++;
     }
     begin_section(writer, list->path);
     int depth = open_sections(writer, list->path, 0, &name);
     indent(writer->file, depth);
-    fprintf(writer->file, "%s:%s\n", name, count ? "" : " []");
-    for (int i = 0; i < count; i++) {
+    fprintf(writer->file, "%s:%s\n", name, is_open ? " null" : count ? "" : " []");
+    for (int i = 0; i < count && !is_open; i++) {
         write_entry_of(writer, first, end, i, depth + 1);
     }
     writer->before = config_keys[end - 1].path;

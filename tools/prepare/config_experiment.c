@@ -38,6 +38,7 @@ static ad_status continues(void *context, const char *path, const char *text, in
     ad_error why;
     ad_status status = config_read(path, text, 1, anywhere, &before, error);
     status = status == AD_OK ? prepare_choices(before, error) : status;
+    status = status == AD_OK ? prepare_training(before, error) : status;
     if (status != AD_OK) {
         config_free(before);
         return status;
@@ -62,10 +63,25 @@ train_origin config_origin(config *settings)
                           .free = free_config};
 }
 
+/* What is to be trained; frees settings that fail. */
+static ad_status choose(config *settings, ad_error *error)
+{
+    const ad_status status = prepare_training(settings, error);
+    if (status != AD_OK) {
+        config_free(settings);
+    }
+    return status;
+}
+
 ad_status config_experiment_create(config *settings, int threads, experiment **result,
                                    ad_error *error)
 {
     const train_origin origin = config_origin(settings);
+    *result = NULL;
+    const ad_status status = choose(settings, error);
+    if (status != AD_OK) {
+        return status;
+    }
     return experiment_create(&settings->scene, &settings->settings, &origin, threads, result,
                              error);
 }
@@ -73,6 +89,11 @@ ad_status config_experiment_create(config *settings, int threads, experiment **r
 ad_status config_session_prepare(config *settings, int threads, session *s, ad_error *error)
 {
     const train_origin origin = config_origin(settings);
+    const ad_status status = choose(settings, error);
+    if (status != AD_OK) {
+        *s = (session){.e = NULL};
+        return status;
+    }
     return session_prepare(&settings->scene, &settings->settings, &origin, threads, s, error);
 }
 
@@ -183,6 +204,13 @@ ad_status config_judge(const config *settings, int threads, const int *modes,
 
 /* ---- restoring ----------------------------------------------------------------------------- */
 
+static ad_status read_trained(const char *name, const char *text, int count,
+                              const char *const *overrides, config **settings, ad_error *error)
+{
+    ad_status status = prepare_read(name, text, count, overrides, settings, error);
+    return status == AD_OK ? choose(*settings, error) : status;
+}
+
 /* The resolved scene of a checkpoint. When only its reference file is to blame the scene is read
  * without it, and `warning` receives the reason. */
 static ad_status read_scene(const char *path, const char *text, int count,
@@ -191,7 +219,7 @@ static ad_status read_scene(const char *path, const char *text, int count,
 {
     char name[4096 + 16];
     snprintf(name, sizeof name, "%s:scene/yaml", path);
-    ad_status status = prepare_read(name, text, count, overrides, settings, error);
+    ad_status status = read_trained(name, text, count, overrides, settings, error);
     warning[0] = '\0';
     if (status != AD_BAD_INPUT) {
         return status;
@@ -206,7 +234,7 @@ static ad_status read_scene(const char *path, const char *text, int count,
     }
     more[count] = "reference.file=null";
     for (int i = 0; i <= TRAIN_STAGES_MAX && status != AD_OK; i++) {
-        status = prepare_read(name, text, count + 1 + i, more, settings, NULL);
+        status = read_trained(name, text, count + 1 + i, more, settings, NULL);
         if (i < TRAIN_STAGES_MAX) {
             snprintf(stops[i], sizeof stops[i], "training.stages[%d].stop.error=0", i);
             more[count + 1 + i] = stops[i];

@@ -100,19 +100,13 @@ static ad_status check_start(const config *config, ad_error *error)
                                error);
 }
 
-/* In place of what a network of the scene itself would need a one-step model may be given. */
-static ad_status choose_training(config *config, ad_error *error)
+/* Of a one-step model; what trains it is among it. */
+static ad_status choose_surrogate(config *config, ad_error *error)
 {
     ad_error reason;
     char key[TRAIN_KEY_MAX];
-    if (is_stepped(config) && config->settings.windows == 0) {
-        config->settings.windows = 1; /* of a network, that nobody asks for */
-    }
-    const ad_status status =
-        surrogate_is_given(&config->surrogate)
-            ? surrogate_settings_resolve(&config->surrogate, &config->settings, &config->scene, key,
-                                         &reason)
-            : train_settings_resolve(&config->settings, &config->scene, key, &reason);
+    const ad_status status = surrogate_settings_resolve(&config->surrogate, &config->settings,
+                                                        &config->scene, key, &reason);
     return blame(config, status, key, &reason, error);
 }
 
@@ -127,35 +121,46 @@ static ad_status choose_control(config *config, ad_error *error)
     return blame(config, status, key, &reason, error);
 }
 
-static ad_status check_training(const config *config, ad_error *error)
-{
-    ad_error reason;
-    char key[TRAIN_KEY_MAX];
-    ad_status status = config_check_stages(config, error);
-    if (status != AD_OK || surrogate_is_given(&config->surrogate)) {
-        return status; /* a one-step model has been checked */
-    }
-    status = train_settings_check(&config->settings, &config->scene, key, &reason);
-    return blame(config, status, key, &reason, error);
-}
-
 /* context: whether the scene is a simulated robot's, whose rod settles for itself. */
 static ad_status choose(config *config, const void *context, ad_error *error)
 {
     const bool *is_robot = context;
     ad_status status = *is_robot ? AD_OK : check_start(config, error);
-    status = status == AD_OK ? choose_formulation(config, error) : status;
-    status = status == AD_OK ? choose_training(config, error) : status;
-    if (status == AD_OK && config_controls(config)) {
-        status = choose_control(config, error);
+    train_close_compared(&config->settings, &config->scene);
+    if (status == AD_OK && surrogate_is_given(&config->surrogate)) {
+        status = choose_surrogate(config, error);
     }
-    return status == AD_OK ? check_training(config, error) : status;
+    return status == AD_OK && config_controls(config) ? choose_control(config, error) : status;
 }
 
 ad_status prepare_choices(config *config, ad_error *error)
 {
     const bool is_robot = false;
     return config_with_points(config, choose, &is_robot, error);
+}
+
+/* A one-step model has been chosen and checked. */
+static ad_status choose_training(config *config, const void *context, ad_error *error)
+{
+    (void)context;
+    ad_error reason;
+    char key[TRAIN_KEY_MAX];
+    ad_status status = choose_formulation(config, error);
+    if (status == AD_OK && !surrogate_is_given(&config->surrogate)) {
+        status = train_settings_resolve(&config->settings, &config->scene, key, &reason);
+        status = blame(config, status, key, &reason, error);
+    }
+    status = status == AD_OK ? config_check_stages(config, error) : status;
+    if (status == AD_OK && !surrogate_is_given(&config->surrogate)) {
+        status = train_settings_check(&config->settings, &config->scene, key, &reason);
+        status = blame(config, status, key, &reason, error);
+    }
+    return status;
+}
+
+ad_status prepare_training(config *config, ad_error *error)
+{
+    return config_with_points(config, choose_training, NULL, error);
 }
 
 /* ---- the beginning ------------------------------------------------------------------------- */
@@ -241,7 +246,7 @@ static ad_status read_plant(const char *path, int count, const char *const *over
 {
     const control_settings *c = &nominal->control;
     char reason[sizeof error->message];
-    const char **all = malloc((size_t)(count + c->change_count + 3) * sizeof *all);
+    const char **all = malloc((size_t)(count + c->change_count + 2) * sizeof *all);
     if (!all) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for the keys of a plant");
     }
@@ -262,7 +267,6 @@ static ad_status read_plant(const char *path, int count, const char *const *over
         all[count++] = key;
     }
     all[count++] = "control=null"; /* names that it has may be numbers now */
-    all[count++] = "time.windows=1";
     if (surrogate_is_given(&nominal->surrogate)) {
         all[count++] = "surrogate=null";
     }

@@ -6,15 +6,20 @@
 
 #include "tools/config/config.h"
 
-/* The formulation, and what is open of network, windows, points, stages, one-step model and
- * controller; checked. Nothing is solved. AD_BAD_INPUT: the line is as of config_read. */
+/* What is open of a one-step model and a controller that are given; checked. Nothing is solved.
+ * AD_BAD_INPUT: the line is as of config_read. */
 ad_status prepare_choices(config *config, ad_error *error);
+
+/* The same of what trains a network of the scene: the formulation, network, windows, points and
+ * stages; after prepare_choices. Who trains asks for it, and nobody else. Doing it again changes
+ * nothing. */
+ad_status prepare_training(config *config, ad_error *error);
 
 /* The equilibrium that a motion begins in, and held ends against the beginning; after
  * prepare_choices. Errors also of the solver. */
 ad_status prepare_start(config *config, ad_error *error);
 
-/* Both. */
+/* The choices and the start. */
 ad_status prepare_config(config *config, ad_error *error);
 
 /* config_read, config_read_member and config_create with both after them; *result is NULL where

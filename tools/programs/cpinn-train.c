@@ -492,6 +492,7 @@ static int run(const options *o)
     status =
         config_read(o->config, NULL, o->overrides.count, o->overrides.texts, &settings, &error);
     status = status == AD_OK ? prepare_choices(settings, &error) : status;
+    status = status == AD_OK ? prepare_training(settings, &error) : status;
     if (status == AD_OK && !o->print_config) {
         status = prepare_start(settings, &error);
     }

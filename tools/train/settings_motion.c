@@ -107,9 +107,6 @@ ad_status train_resolve_motion(train_settings *settings, scene *motion, char key
         settings->losses.held_out_points = HELD_OUT;
     }
     settings->output_every = settings->output_every > 0 ? settings->output_every : 10;
-    if (settings->reference_tolerance == 0) {
-        settings->reference_tolerance = scene_locks_strains(motion) ? 1e-4 : 1e-8;
-    }
     for (int i = 0; i < settings->stage_count; i++) {
         train_resolve_stage(&settings->stages[i], true, true);
     }

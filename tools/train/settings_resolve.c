@@ -385,6 +385,19 @@ static void resolve_points(train_settings *settings, int dimension, int pieces)
     }
 }
 
+void train_close_compared(train_settings *settings, const scene *rod_scene)
+{
+    for (int i = 0; i < settings->data_count; i++) {
+        train_data *data = &settings->data[i];
+        data->weight = !isnan(data->weight) ? data->weight : data->noise > 0 ? 1e-6 : 1;
+    }
+    if (settings->reference_tolerance == 0) {
+        settings->reference_tolerance = !scene_is_dynamic(rod_scene)     ? 1e-11
+                                        : scene_locks_strains(rod_scene) ? 1e-4
+                                                                         : 1e-8;
+    }
+}
+
 /* ---- stages -------------------------------------------------------------------------------- */
 
 /* A linear network starts near where it ends, so with hardly any damping. The functions of its
@@ -426,10 +439,6 @@ static ad_status resolve_training(train_settings *settings, int dimension, int p
     for (int i = 0; i < settings->stage_count; i++) {
         train_resolve_stage(&settings->stages[i], diagonal, settings->network.hidden_count == 0);
     }
-    for (int i = 0; i < settings->data_count; i++) {
-        train_data *data = &settings->data[i];
-        data->weight = !isnan(data->weight) ? data->weight : data->noise > 0 ? 1e-6 : 1;
-    }
     if (settings->output_every == 0) {
         bool few = begins_with_squares(settings) && settings->windows == 1;
         settings->output_every = few ? 1 : 10; /* and one at the end of every stage */
@@ -463,11 +472,6 @@ ad_status train_settings_resolve(train_settings *settings, scene *rod_scene,
     }
     if (status != AD_OK) {
         return status;
-    }
-    if (settings->reference_tolerance == 0) {
-        settings->reference_tolerance = !dynamic                         ? 1e-11
-                                        : scene_locks_strains(rod_scene) ? 1e-4
-                                                                         : 1e-8;
     }
     choose_sampler(settings, d.count, scene_is_family(rod_scene));
     for (int i = 0; rod_scene->unknown_count > 0 && i < settings->stage_count; i++) {

@@ -174,7 +174,10 @@ void train_close_stage(train_stage *stage, train_stage usual);
 /* Whether the stage's optimiser is this one or open. */
 bool train_may_take(const train_stage *stage, optim_method optimizer);
 
-/* Fill in what is open, from a scene that passes scene_check and loads in SI; sets windows and
+/* Fill in what is open of data and reference, which a network of the scene has no part in. */
+void train_close_compared(train_settings *settings, const scene *rod_scene);
+
+/* Fill in what else is open, from a scene that passes scene_check and loads in SI; sets windows and
  * rotation of the scene as well. AD_BAD_INPUT: `key` receives the key of the field that is to
  * blame, `error` the rest of the line. Doing it again changes nothing. */
 ad_status train_settings_resolve(train_settings *settings, scene *rod_scene,
