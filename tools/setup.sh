@@ -5,7 +5,7 @@ set -eu
 cd "$(dirname "$0")/.."
 
 needed="gcc libc6-dev cmake ninja-build pkg-config libopenblas-dev libhdf5-dev libyaml-dev \
-libsundials-dev coinor-libipopt-dev zlib1g-dev libompl-dev g++ libcmocka-dev gnuplot-nox python3-numpy $*"
+libsundials-dev coinor-libipopt-dev zlib1g-dev libembree-dev libompl-dev g++ libcmocka-dev gnuplot-nox python3-numpy $*"
 
 installed() {
     [ "$(dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null)" = installed ]

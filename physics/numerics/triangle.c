@@ -12,15 +12,9 @@ static void minus(const double a[3], const double b[3], double out[3])
     }
 }
 
-/* Of two, without a call of libm. */
-static double less(double a, double b)
-{
-    return b < a ? b : a;
-}
-
 static double clamp(double value)
 {
-    return value > 0 ? value < 1 ? value : 1 : 0;
+    return fmin(fmax(value, 0), 1);
 }
 
 /* Nearest point of the line from a to b, and its part of the length. */
@@ -96,7 +90,7 @@ static double between_lines(const double a[3], const double b[3], const double c
         const double *const p = ends[k];
         to_line(k < 2 ? c : a, k < 2 ? d : b, p, nearest);
         minus(p, nearest, from);
-        least = less(least, vector_dot(from, from));
+        least = fmin(least, vector_dot(from, from));
     }
     double one[3], other[3];
     minus(b, a, one);
@@ -113,7 +107,7 @@ static double between_lines(const double a[3], const double b[3], const double c
             for (int i = 0; i < 3; i++) {
                 apart[i] = from[i] + t * other[i] - s * one[i];
             }
-            least = less(least, vector_dot(apart, apart));
+            least = fmin(least, vector_dot(apart, apart));
         }
     }
     return sqrt(least);
@@ -156,10 +150,10 @@ double triangle_segment_distance(const double *const corners[3], const double a[
     }
     double nearest[3];
     int part;
-    double least = less(triangle_distance(corners, a, nearest, &part),
+    double least = fmin(triangle_distance(corners, a, nearest, &part),
                         triangle_distance(corners, b, nearest, &part));
     for (int k = 0; k < 3; k++) {
-        least = less(least, between_lines(a, b, corners[k], corners[(k + 1) % 3]));
+        least = fmin(least, between_lines(a, b, corners[k], corners[(k + 1) % 3]));
     }
     return least;
 }

@@ -5,20 +5,20 @@
 #include <stddef.h>
 #include <string.h>
 
-/* Three corners as triangle.h has them, and room for what is floats. */
+/* Three corners, and what triangle.h has them by. */
 typedef struct corners {
     double place[3][3];
     const double *by[3];
 } corners;
 
-static void take_corners(const triangle_tree *tree, const double *exact, int triangle, corners *to)
+static void take_corners(const triangle_tree *tree, int triangle, corners *to)
 {
     for (int k = 0; k < 3; k++) {
-        const size_t at = 3 * (size_t)tree->triangle[3 * (size_t)triangle + k];
-        for (int i = 0; i < 3 && !exact; i++) {
-            to->place[k][i] = tree->corner[at + i];
+        const float *from = tree->corner + 3 * (size_t)tree->triangle[3 * (size_t)triangle + k];
+        for (int i = 0; i < 3; i++) {
+            to->place[k][i] = from[i];
         }
-        to->by[k] = exact ? exact + at : to->place[k];
+        to->by[k] = to->place[k];
     }
 }
 
@@ -29,15 +29,14 @@ static int first_of(const triangle_tree *tree, unsigned leaf)
 }
 
 /* Square of what is between from the lower to the higher ends of two boxes. */
-static inline double square_between(const double low[3], const double high[3],
-                                    const double other_low[3], const double other_high[3])
+static double square_between(const double low[3], const double high[3], const double other_low[3],
+                             const double other_high[3])
 {
     double square = 0;
     for (int i = 0; i < 3; i++) {
         const double below = other_low[i] - high[i], above = low[i] - other_high[i];
         const double off = below > above ? below : above;
-        const double apart = off > 0 ? off : 0;
-        square += apart * apart;
+        square += off > 0 ? off * off : 0;
     }
     return square;
 }
@@ -55,7 +54,7 @@ static double corners_apart(const corners *of, const double low[3], const double
 {
     double from[3], to[3];
     for (int i = 0; i < 3; i++) {
-        const double x = of->by[0][i], y = of->by[1][i], z = of->by[2][i];
+        const double x = of->place[0][i], y = of->place[1][i], z = of->place[2][i];
         from[i] = x < y ? x : y;
         to[i] = x < y ? y : x;
         from[i] = z < from[i] ? z : from[i];
@@ -64,9 +63,9 @@ static double corners_apart(const corners *of, const double low[3], const double
     return square_between(from, to, low, high);
 }
 
-/* Nearer boxes first. */
-double triangle_tree_nearest(const triangle_tree *tree, const double *exact, const double *a,
-                             const double *b, double best, triangle_nearest *nearest)
+/* b NULL: of a. Nearer boxes first. */
+static double search(const triangle_tree *tree, const double *a, const double *b, double best,
+                     double nearest[3])
 {
     unsigned nodes[TRIANGLE_TREE_LEVELS_MAX + 2];
     double off[TRIANGLE_TREE_LEVELS_MAX + 2], low[3], high[3];
@@ -75,30 +74,28 @@ double triangle_tree_nearest(const triangle_tree *tree, const double *exact, con
         low[i] = b && b[i] < a[i] ? b[i] : a[i];
         high[i] = b && b[i] > a[i] ? b[i] : a[i];
     }
-    nearest->triangle = -1;
     nodes[0] = 1;
     off[0] = node_apart(tree, 1, low, high);
     while (count > 0) {
-        unsigned node = nodes[--count];
-        double apart = off[count];
-        while (node >> tree->levels == 0 && apart < best * best) {
+        const unsigned node = nodes[--count], leaf = node - (1u << tree->levels);
+        if (!(off[count] < best * best)) {
+            continue;
+        }
+        if (node >> tree->levels == 0) {
             const double left = node_apart(tree, 2 * node, low, high);
             const double right = node_apart(tree, 2 * node + 1, low, high);
             const unsigned further = left <= right ? 1 : 0;
             nodes[count] = 2 * node + further;
             off[count++] = further ? right : left;
-            apart = further ? left : right;
-            node = 2 * node + 1 - further;
-        }
-        const unsigned leaf = node - (1u << tree->levels);
-        if (!(apart < best * best)) {
+            nodes[count] = 2 * node + 1 - further;
+            off[count++] = further ? left : right;
             continue;
         }
         for (int t = first_of(tree, leaf); t < first_of(tree, leaf + 1); t++) {
             corners of;
             double here[3];
-            int part = TRIANGLE_WITHIN;
-            take_corners(tree, exact, t, &of);
+            int part;
+            take_corners(tree, t, &of);
             if (!(corners_apart(&of, low, high) < best * best) ||
                 triangle_is_beyond(of.by, a, b ? b : a, best)) {
                 continue;
@@ -107,10 +104,8 @@ double triangle_tree_nearest(const triangle_tree *tree, const double *exact, con
                                       : triangle_distance(of.by, a, here, &part);
             if (distance < best) {
                 best = distance;
-                nearest->triangle = t;
-                nearest->part = part;
-                for (int i = 0; i < 3 && !b; i++) {
-                    nearest->place[i] = here[i];
+                if (nearest) {
+                    memcpy(nearest, here, sizeof here);
                 }
             }
         }
@@ -121,19 +116,13 @@ double triangle_tree_nearest(const triangle_tree *tree, const double *exact, con
 double triangle_tree_distance(const triangle_tree *tree, const double p[3], double within,
                               double nearest[3])
 {
-    triangle_nearest found;
-    const double distance = triangle_tree_nearest(tree, NULL, p, NULL, within, &found);
-    if (found.triangle >= 0) {
-        memcpy(nearest, found.place, sizeof found.place);
-    }
-    return distance;
+    return search(tree, p, NULL, within, nearest);
 }
 
 double triangle_tree_segment(const triangle_tree *tree, const double a[3], const double b[3],
                              double within)
 {
-    triangle_nearest found;
-    return triangle_tree_nearest(tree, NULL, a, b, within, &found);
+    return search(tree, a, b, within, NULL);
 }
 
 /* ---- sides ----------------------------------------------------------------------------------- */
@@ -156,7 +145,7 @@ static int side_of(const double a[3], const double b[3], const double p[3])
  */
 static int crossing(const corners *of, const double p[3])
 {
-    const double *const *c = of->by;
+    const double(*c)[3] = of->place;
     const int side = side_of(c[0], c[1], p);
     if (side == 0 || side_of(c[1], c[2], p) != side || side_of(c[2], c[0], p) != side) {
         return 0;
@@ -186,7 +175,7 @@ int triangle_tree_is_free(const triangle_tree *tree, const double p[3])
         }
         for (int t = first_of(tree, leaf); t < first_of(tree, leaf + 1); t++) {
             corners of;
-            take_corners(tree, NULL, t, &of);
+            take_corners(tree, t, &of);
             around += crossing(&of, p);
         }
     }

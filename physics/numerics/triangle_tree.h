@@ -17,18 +17,6 @@ typedef struct triangle_tree {
 enum { TRIANGLE_TREE_LEVELS_MAX = 28 };
 #define TRIANGLE_TREE_BOXES(tree) ((size_t)2 << (tree)->levels)
 
-/* The triangle that is nearest, -1: none is nearer than was asked for; of a point, the part of it
- * (triangle.h) and its place. */
-typedef struct triangle_nearest {
-    int triangle, part;
-    double place[3];
-} triangle_nearest;
-
-/* Of the point a, or b not NULL: of the line from a to b, as below. corners [corners][3]: in
- * doubles, which the boxes have to hold; NULL: those of the tree. */
-double triangle_tree_nearest(const triangle_tree *tree, const double *corners, const double *a,
-                             const double *b, double within, triangle_nearest *nearest);
-
 /* Of p, m, or `within` if it is further than that; and the nearest place, left alone if so. */
 double triangle_tree_distance(const triangle_tree *tree, const double p[3], double within,
                               double nearest[3]);

@@ -120,8 +120,15 @@ static environment *open_mesh(const mesh *m, const char *name, double unit, envi
     return result;
 }
 
-/* What exported C says: its corners are floats. The side is one where the surface is farther than
- * that. */
+static surface_tree *tree_of(const environment *of, environment_side side)
+{
+    surface_tree *tree = NULL;
+    assert_int_equal(surface_tree_create(environment_surface(of), side, &tree, NULL), AD_OK);
+    return tree;
+}
+
+/* What exported C says against Embree's answer: both measure the same triangles but for corners,
+ * which are floats in the tree. The side is one where the surface is farther than that. */
 static void try_tree(const surface_tree *tree, const double p[3], double found)
 {
     double nearest[3], to[3];
@@ -155,7 +162,7 @@ static void draw(const mesh *m, uint64_t *random, double size, double p[3])
  * 2 here. The distance within which it is does not change the answer, also where it is wrong. */
 static void try_points(const mesh *m, const environment *of, uint64_t seed, int count, double size)
 {
-    const surface_tree *tree = environment_tree(of);
+    surface_tree *tree = tree_of(of, ENVIRONMENT_OUTSIDE);
     for (int k = 0; k < count; k++) {
         double p[3];
         draw(m, &seed, size, p);
@@ -179,6 +186,7 @@ static void try_points(const mesh *m, const environment *of, uint64_t seed, int 
             assert_near(winding, found < 0 ? 1 : 0, 1e-6);
         }
     }
+    surface_tree_free(tree);
 }
 
 static void points_of_three_formats(void **state)
@@ -214,7 +222,7 @@ static void lines(void **state)
     (void)state;
     mesh m = mesh_torus(0.7, 0.25, 24, 12);
     environment *of = open_mesh(&m, "torus.stl", 1, ENVIRONMENT_OUTSIDE);
-    const surface_tree *tree = environment_tree(of);
+    surface_tree *tree = tree_of(of, ENVIRONMENT_ANY);
     uint64_t random = 9;
     int meet = 0;
     for (int k = 0; k < 300; k++) {
@@ -237,6 +245,7 @@ static void lines(void **state)
         meet += expected < 1e-12;
     }
     assert_true(meet > 20 && meet < 280);
+    surface_tree_free(tree);
     environment_free(of);
     mesh_free(&m);
 }
@@ -407,5 +416,7 @@ int main(void)
                                            cmocka_unit_test(a_large_mesh),
                                            cmocka_unit_test(bad_files),
                                            cmocka_unit_test(places)};
-    return cmocka_run_group_tests(distances, make_directory, remove_directory);
+    return environment_is_built()
+               ? cmocka_run_group_tests(distances, make_directory, remove_directory)
+               : 77;
 }

@@ -251,6 +251,9 @@ static void clearances_are_those_of_a_cube(void **state)
     double values[POINTS], by[POINTS * COUNT];
     assert_null(make("tip.clearance", &error));
     assert_non_null(strstr(error.message, "no surface is given"));
+    if (!environment_is_built()) {
+        return;
+    }
     FILE *file = fopen(at("cube.obj"), "w");
     assert_non_null(file);
     fputs(cube, file);
@@ -579,10 +582,12 @@ static void gradients_are_those_of_equilibria(void **state)
     environment *made = NULL;
     ad_error error = {.message = ""};
     environment_settings around_it = ENVIRONMENT_DEFAULT;
-    around_it.file = at("cube.obj"); /* of the test above */
-    around_it.unit = ENVIRONMENT_CM;
-    around_it.position[2] = 0.19;
-    assert_int_equal(environment_open(&around_it, 0.2, &made, &error), AD_OK);
+    if (environment_is_built()) {
+        around_it.file = at("cube.obj"); /* of the test above */
+        around_it.unit = ENVIRONMENT_CM;
+        around_it.position[2] = 0.19;
+        assert_int_equal(environment_open(&around_it, 0.2, &made, &error), AD_OK);
+    }
     for (size_t i = 0; i < sizeof objectives / sizeof *objectives; i++) {
         optimize_settings settings = optimize_settings_default();
         char key[64] = "";

@@ -334,5 +334,6 @@ int main(void)
                                        cmocka_unit_test(an_inserted_robot),
                                        cmocka_unit_test(a_robot_of_helices),
                                        cmocka_unit_test(a_wall_between)};
-    return cmocka_run_group_tests(tests, make_directory, remove_directory);
+    return environment_is_built() ? cmocka_run_group_tests(tests, make_directory, remove_directory)
+                                  : 77;
 }

@@ -180,5 +180,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(what_is_known),
                                        cmocka_unit_test(in_a_file)};
-    return ompl_is_built() ? cmocka_run_group_tests(tests, make_directory, remove_directory) : 77;
+    return environment_is_built() && ompl_is_built()
+               ? cmocka_run_group_tests(tests, make_directory, remove_directory)
+               : 77;
 }

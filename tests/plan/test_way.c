@@ -326,5 +326,7 @@ int main(void)
     const struct CMUnitTest tests[] = {cmocka_unit_test(planners), cmocka_unit_test(tangents),
                                        cmocka_unit_test(tips), cmocka_unit_test(around_a_post),
                                        cmocka_unit_test(ways_among_boxes)};
-    return ompl_is_built() ? cmocka_run_group_tests(tests, make_directory, remove_directory) : 77;
+    return environment_is_built() && ompl_is_built()
+               ? cmocka_run_group_tests(tests, make_directory, remove_directory)
+               : 77;
 }

@@ -1,16 +1,20 @@
-/* What a robot must not touch: a surface, and exact distances from it. A tree of its triangles
- * (surface_tree.h), whose boxes are rounded outwards, finds those that may be nearest, and each is
- * measured in doubles. So what is returned is what a search over all triangles returns. */
+/* What a robot must not touch: a surface, and exact distances from it. Embree, which has floats,
+ * finds the triangles that may be nearest; their bounds and the radius of the search are rounded
+ * outwards, and each is measured in doubles. So what is returned is what a search over all
+ * triangles in doubles returns, but for rounding of its last digits. */
 #ifndef ENVIRONMENT_ENVIRONMENT_H
 #define ENVIRONMENT_ENVIRONMENT_H
 
 #include "tools/environment/environment_settings.h"
-#include "tools/environment/surface_tree.h"
+#include "tools/environment/surface.h"
 
 typedef struct environment environment;
 
+/* Whether this build has Embree. */
+bool environment_is_built(void);
+
 /* Takes the surface, also where it fails; a side other than ENVIRONMENT_ANY asks for a closed one.
- * AD_BAD_INPUT as surface_check_closed; AD_NO_MEMORY. */
+ * AD_BAD_INPUT as surface_check_closed; AD_BAD_ARGUMENT: without Embree; AD_NO_MEMORY. */
 ad_status environment_create(surface *of, environment_side side, environment **result,
                              ad_error *error);
 void environment_free(environment *of); /* NULL is allowed */
@@ -23,7 +27,6 @@ ad_status surface_open(const environment_settings *settings, surface **result, a
 ad_status environment_open(const environment_settings *settings, double length,
                            environment **result, ad_error *error);
 const surface *environment_surface(const environment *of);
-const surface_tree *environment_tree(const environment *of);
 
 /* Of p from the surface; negative: on the wrong side, by the normal of Baerentzen and Aanaes
  * (2005), that of corners weighted by angles. within: a distance that it certainly does not exceed,

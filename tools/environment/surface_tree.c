@@ -56,17 +56,6 @@ static void divide(builder *b, size_t node, int depth)
     divide(b, 2 * node + 1, depth + 1);
 }
 
-/* The next floats beyond a double: boxes hold the surface's corners and those of the tree. */
-static float below(double value)
-{
-    return nextafterf((float)value, -INFINITY);
-}
-
-static float above(double value)
-{
-    return nextafterf((float)value, INFINITY);
-}
-
 static void find_box(builder *b, size_t node, int depth)
 {
     float *const box = b->to->box + 6 * node;
@@ -85,10 +74,10 @@ static void find_box(builder *b, size_t node, int depth)
         return;
     }
     for (size_t k = 3 * first_of(b, node, depth); k < 3 * first_of(b, node + 1, depth); k++) {
-        const double *const corner = b->of->corner + 3 * (size_t)b->to->triangle[k];
+        const float *const corner = b->to->corner + 3 * (size_t)b->to->triangle[k];
         for (int i = 0; i < 3; i++) {
-            box[i] = fminf(box[i], below(corner[i]));
-            box[3 + i] = fmaxf(box[3 + i], above(corner[i]));
+            box[i] = fminf(box[i], corner[i]);
+            box[3 + i] = fmaxf(box[3 + i], corner[i]);
         }
     }
 }
@@ -117,8 +106,7 @@ static void build(builder *b)
     }
     divide(b, 1, 0);
     for (size_t k = 0; k < 3 * of->triangles; k++) {
-        b->to->number[k / 3] = b->placed[k / 3].triangle;
-        b->to->triangle[k] = (int)of->triangle[3 * (size_t)b->to->number[k / 3] + k % 3];
+        b->to->triangle[k] = (int)of->triangle[3 * (size_t)b->placed[k / 3].triangle + k % 3];
     }
     find_box(b, 1, 0);
 }
@@ -142,12 +130,11 @@ ad_status surface_tree_create(const surface *of, environment_side side, surface_
                                    .triangles = (int)of->triangles,
                                    .levels = levels,
                                    .side = sign_of(side)};
-        to->tree.corner = AD_TAKE(to, corner, 3 * of->corners);
-        AD_TAKE(to, number, of->triangles);
-        to->tree.triangle = AD_TAKE(to, triangle, 3 * of->triangles);
-        to->tree.box = AD_TAKE(to, box, 6 * TRIANGLE_TREE_BOXES(&to->tree));
+        to->tree.corner = to->corner = malloc(3 * of->corners * sizeof *to->corner);
+        to->tree.triangle = to->triangle = malloc(3 * of->triangles * sizeof *to->triangle);
+        to->tree.box = to->box = calloc(6 * TRIANGLE_TREE_BOXES(&to->tree), sizeof *to->box);
     }
-    const bool has_room = to && b.placed && !to->memory.is_short;
+    const bool has_room = to && b.placed && to->corner && to->triangle && to->box;
     *result = has_room ? to : NULL;
     if (has_room) {
         build(&b);
@@ -160,10 +147,27 @@ ad_status surface_tree_create(const surface *of, environment_side side, surface_
                               of->triangles);
 }
 
+ad_status surface_tree_open(const environment_settings *settings, double length,
+                            surface_tree **result, ad_error *error)
+{
+    surface *of = NULL;
+    *result = NULL;
+    ad_status status = surface_open(settings, &of, error);
+    status = status == AD_OK ? surface_check_size(of, length, error) : status;
+    if (status == AD_OK && settings->side != ENVIRONMENT_ANY) {
+        status = surface_check_closed(of, error);
+    }
+    status = status == AD_OK ? surface_tree_create(of, settings->side, result, error) : status;
+    surface_free(of);
+    return status;
+}
+
 void surface_tree_free(surface_tree *of)
 {
     if (of) {
-        ad_memory_free(&of->memory);
+        free(of->corner);
+        free(of->triangle);
+        free(of->box);
         free(of);
     }
 }

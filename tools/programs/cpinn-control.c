@@ -1,5 +1,6 @@
 /* cpinn-control: the closed loop of a scene in simulation; see --help. */
 #include "tools/environment/environment.h"
+#include "tools/environment/surface_tree.h"
 #include "tools/files/shapes_vtk.h"
 #include "tools/files/table_file.h"
 #include "tools/prepare/config_surrogate.h"
@@ -35,6 +36,7 @@ typedef struct controlling {
     surrogate_settings model;
     double truth[SCENE_PARAMETERS_MAX];
     environment *environment; /* of a constrained clearance; NULL: there is none */
+    surface_tree *tree;
     surroundings around;
     surrogate *trained, *inner; /* NULL: there is none */
     one_step step, inner_step;  /* of them */
@@ -200,8 +202,12 @@ static ad_status open_surroundings(controlling *controlling, ad_error *error)
     ad_status status = environment_open(&c->environment, scene_length(&controlling->nominal->scene),
                                         &controlling->environment, error);
     if (status == AD_OK) {
-        controlling->around = (surroundings){&environment_tree(controlling->environment)->tree,
-                                             of_line, controlling->environment};
+        status = surface_tree_create(environment_surface(controlling->environment),
+                                     c->environment.side, &controlling->tree, error);
+    }
+    if (status == AD_OK) {
+        controlling->around =
+            (surroundings){&controlling->tree->tree, of_line, controlling->environment};
     }
     return status;
 }
@@ -250,7 +256,7 @@ static loop_setup setup_of(const controlling *controlling, const control_setting
                         .nominal = &controlling->nominal->scene,
                         .plant = controlling->plant ? &controlling->plant->scene : NULL,
                         .truth = controlling->truth,
-                        .around = controlling->environment ? &controlling->around : NULL,
+                        .around = controlling->tree ? &controlling->around : NULL,
                         .surrogate = controlling->trained ? &controlling->step : NULL,
                         .inner = controlling->inner ? &controlling->inner_step : NULL};
 }
@@ -414,6 +420,7 @@ int main(int argc, char **argv)
     for (int i = 0; i < x.count; i++) {
         loop_free(x.rows[i].loop);
     }
+    surface_tree_free(x.tree);
     environment_free(x.environment);
     surrogate_one_step_free(&x.step);
     surrogate_one_step_free(&x.inner_step);

@@ -123,7 +123,7 @@ int main(int argc, char **argv)
 {
     options o = {.run = NULL};
     export_model x = {.e = NULL};
-    export_walled walled = {.around = NULL};
+    export_walled walled = {.tree = NULL};
     export_texts texts = {{.bytes = NULL}};
     ad_error error = {AD_OK, ""};
     const cli_option list[] = {{"--c", "OUT", CLI_TEXT, &o.c, 0, 0},

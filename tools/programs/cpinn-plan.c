@@ -394,10 +394,11 @@ static void tell(const void *of, json *to)
 static ad_status run(planning *p, ad_error *error)
 {
     const options *const o = &p->asked;
-    if (!ompl_is_built()) {
-        return ad_fail(
-            error, AD_BAD_ARGUMENT,
-            "this build has no OMPL; install libompl-dev and g++, and build cpinn again");
+    if (!ompl_is_built() || !environment_is_built()) {
+        return ad_fail(error, AD_BAD_ARGUMENT,
+                       "this build has no %s; install libembree-dev, libompl-dev and g++, and "
+                       "build cpinn again",
+                       ompl_is_built() ? "Embree" : "OMPL");
     }
     ad_status status = o->out ? table_check_path(o->out, error) : AD_OK;
     status = status == AD_OK && o->shapes ? shapes_check_path(o->shapes, error) : status;

@@ -46,11 +46,11 @@ static ad_status open_wall(const config *scene, export_model *model, export_wall
     }
     ad_status status = check_shape(&model->family, plan->from, error);
     if (status == AD_OK) {
-        status = environment_open(&plan->environment, scene_length(model->family.open), &to->around,
-                                  error);
+        status = surface_tree_open(&plan->environment, scene_length(model->family.open), &to->tree,
+                                   error);
     }
     if (status == AD_OK) {
-        to->wall = (export_wall){environment_tree(to->around), plan->radius, plan->from};
+        to->wall = (export_wall){to->tree, plan->radius, plan->from};
         model->family.wall = &to->wall;
     }
     return status;
@@ -60,7 +60,7 @@ ad_status export_wall_open(const char *scene_path, export_model *model, export_w
                            ad_error *error)
 {
     config *scene = NULL;
-    *result = (export_walled){.around = NULL};
+    *result = (export_walled){.tree = NULL};
     if (!export_is_family(model)) {
         return ad_fail(error, AD_BAD_ARGUMENT, "--wall is for families in the strain form alone");
     }
@@ -72,5 +72,5 @@ ad_status export_wall_open(const char *scene_path, export_model *model, export_w
 
 void export_wall_close(export_walled *of)
 {
-    environment_free(of->around);
+    surface_tree_free(of->tree);
 }
