@@ -260,6 +260,7 @@ static ad_status allocate(modes *m, ad_error *error)
     m->theta = rows(points * 3 * width, sizeof(double), &failed);
     m->rho = rows(points * 3 * width, sizeof(double), &failed);
     m->mass = rows((width + QUAD) * width, sizeof(double), &failed);
+    m->end.free = rows((size_t)m->size, sizeof(int), &failed);
     m->end.faster = rows(6 * width, sizeof(double), &failed);
     m->end.room = rows(12 * (size_t)m->size, sizeof(double), &failed);
     m->branch.stretch = rows(width, sizeof(double), &failed);
@@ -386,38 +387,16 @@ ad_status modes_create(solve_rod *rod, const solve_parameters *open, const modes
 void modes_free(modes *m)
 {
     if (m) {
-        void *const owned[] = {m->center,
-                               m->input_step,
-                               m->input,
-                               m->inputs_at,
-                               m->mode,
-                               m->element,
-                               m->point,
-                               m->value,
-                               m->s,
-                               m->jump_at,
-                               m->turn_at,
-                               m->along,
-                               m->actuators,
-                               m->pull_by,
-                               m->theta,
-                               m->rho,
-                               m->mass,
-                               m->room,
-                               m->feed.slope,
-                               m->feed.trial,
-                               m->feed.q,
-                               m->longer,
-                               m->end.faster,
-                               m->end.room,
-                               m->guides,
-                               m->friction.rub,
-                               m->friction.left,
-                               m->branch.mode,
-                               m->branch.stretch,
-                               m->branch.rate,
-                               m->branch.rest_rate,
-                               m->branch.by};
+        void *const owned[] = {
+            m->center,      m->input_step,     m->input,        m->inputs_at,
+            m->mode,        m->element,        m->point,        m->value,
+            m->s,           m->jump_at,        m->turn_at,      m->along,
+            m->actuators,   m->pull_by,        m->theta,        m->rho,
+            m->mass,        m->room,           m->feed.slope,   m->feed.trial,
+            m->feed.q,      m->longer,         m->end.faster,   m->end.free,
+            m->end.room,    m->guides,         m->friction.rub, m->friction.left,
+            m->branch.mode, m->branch.stretch, m->branch.rate,  m->branch.rest_rate,
+            m->branch.by};
         for (size_t i = 0; i < sizeof owned / sizeof *owned; i++) {
             free(owned[i]);
         }

@@ -267,21 +267,29 @@ void modes_end_missing(const modes *m, int derivative, double missing[6])
     }
 }
 
+/* G [count][size] but for modes that drives move, which nothing else does. */
+static void find_rows(const modes *m, double *rows)
+{
+    for (int k = 0; k < m->end.count; k++) {
+        for (int a = 0; a < m->size; a++) {
+            rows[k * m->size + a] = a < m->end.first ? moved_by(m, k, a) : 0;
+        }
+        for (int drive = 0; drive < MODES_DRIVES; drive++) {
+            if (modes_driven(m, drive) >= 0) {
+                rows[k * m->size + modes_driven(m, drive)] = 0;
+            }
+        }
+    }
+}
+
 bool modes_end_hold(modes *m, const double *factor, const double missing[6], double *x,
                     double *reaction)
 {
     const int n = m->size, count = m->end.count;
     double *by = m->end.room, *moves = by + count * n; /* G; M^-1 G^T */
     double matrix[36], right[6], most = 0, least = INFINITY;
+    find_rows(m, by);
     for (int k = 0; k < count; k++) {
-        for (int a = 0; a < n; a++) {
-            by[k * n + a] = a < m->end.first ? moved_by(m, k, a) : 0;
-        }
-        for (int drive = 0; drive < MODES_DRIVES; drive++) { /* which nothing else moves */
-            if (modes_driven(m, drive) >= 0) {
-                by[k * n + modes_driven(m, drive)] = 0;
-            }
-        }
         memcpy(moves + k * n, by + k * n, (size_t)n * sizeof *by);
         modes_solve_factored(m, factor, moves + k * n);
     }
@@ -320,4 +328,78 @@ bool modes_end_hold(modes *m, const double *factor, const double missing[6], dou
         }
     }
     return true;
+}
+
+/* ---- motions that leave the end where it is ------------------------------------------------ */
+
+/* Rows G [count][size] become such that each has a 1 in a column of its own, where the others have
+ * 0: pivot [count]. */
+static void reduce_rows(const modes *m, double *rows, int *pivot)
+{
+    const int n = m->size, count = m->end.count;
+    bool is_used[6] = {false};
+    for (int step = 0; step < count; step++) {
+        int row = -1, column = 0;
+        for (int r = 0; r < count; r++) {
+            for (int c = 0; c < m->end.first && !is_used[r]; c++) {
+                const bool more = row < 0 || fabs(rows[r * n + c]) > fabs(rows[row * n + column]);
+                row = more ? r : row;
+                column = more ? c : column;
+            }
+        }
+        is_used[row] = true;
+        pivot[row] = column;
+        const double by = 1 / rows[row * n + column];
+        for (int c = 0; c < n; c++) {
+            rows[row * n + c] *= by;
+        }
+        for (int r = 0; r < count; r++) {
+            const double part = r == row ? 0 : rows[r * n + column];
+            for (int c = 0; c < n && part != 0; c++) {
+                rows[r * n + c] -= part * rows[row * n + c];
+            }
+        }
+    }
+}
+
+int modes_end_free(modes *m, int count, double *const *matrices)
+{
+    const int n = m->end.first, width = m->width, held = m->end.count;
+    double *rows = m->end.room;
+    int pivot[6], at = 0, *of = m->end.free;
+    find_rows(m, rows);
+    reduce_rows(m, rows, pivot);
+    for (int a = 0; a < n; a++) {
+        bool follows = false;
+        for (int k = 0; k < held; k++) {
+            follows |= pivot[k] == a;
+        }
+        of[at] = a;
+        at += !follows;
+    }
+    for (int i = 0; i < count; i++) {
+        double *x = matrices[i];
+        for (int k = 0; k < held; k++) { /* the modes that follow move by minus these rows */
+            for (int j = 0; j < at; j++) {
+                const double by = rows[k * m->size + of[j]];
+                for (int r = 0; r < n; r++) {
+                    x[r * width + of[j]] -= by * x[r * width + pivot[k]];
+                }
+            }
+        }
+        for (int k = 0; k < held; k++) {
+            for (int j = 0; j < at; j++) {
+                const double by = rows[k * m->size + of[j]];
+                for (int c = 0; c < n; c++) {
+                    x[of[j] * width + c] -= by * x[pivot[k] * width + c];
+                }
+            }
+        }
+        for (int r = 0; r < at; r++) {
+            for (int c = 0; c < at; c++) {
+                x[r * width + c] = x[of[r] * width + of[c]];
+            }
+        }
+    }
+    return at;
 }

@@ -206,6 +206,7 @@ struct modes {
                          * direction, over the largest */
         double *faster; /* [6][width] velocity and spin of the tip by the modes */
         double *room;   /* [12][size] */
+        int *free;      /* [size] */
     } end;
     double *mass; /* [width]; by modes_linearise with what reactions do to the modes */
     double *room; /* work of modes_matrix.c */
@@ -257,11 +258,14 @@ static const double MODES_TURN = 0.09;
 bool modes_accelerations(modes *m, const double *q, const double *v, double *a);
 ad_status modes_accelerations_fail(const modes *m, ad_error *error); /* AD_NOT_FINITE */
 
-/* A state and the motion near it: [size] and [size][width] each. */
+/* A state and the motion near it: [size] and [size][width] each; a: 0 but for reactions. */
 typedef struct modes_linear {
-    double *q, *v, *residual, *by_q, *by_v, *factor;
+    double *q, *v, *a, *residual, *by_q, *by_v, *factor;
     int *pivots; /* [size] */
 } modes_linear;
+
+/* factor [size][size], column-major: of by_q and what reactions do. */
+void modes_stiffness(const modes *m, const double *by_q, double *factor);
 
 /* The equilibrium at the present time and inputs, by Newton's method from q; v becomes 0, the rest
  * is what its last step came from. AD_NOT_FINITE: none is found. */
@@ -372,6 +376,11 @@ void modes_end_missing(const modes *m, int derivative, double missing[6]);
  * M by its factor [size rows of width], G of theta and rho. false: G has not full rank. */
 bool modes_end_hold(modes *m, const double *factor, const double missing[6], double *x,
                     double *reaction);
+
+/* Of the shape as it is, with G of full rank: matrices [size rows of width], `count` of them,
+ * become those of motions that leave the end where it is, in their first rows and columns. How many
+ * these motions are: all modes where nothing is held. */
+int modes_end_free(modes *m, int count, double *const *matrices);
 
 /* ---- friction of tendons (modes_friction.c) ---- */
 

@@ -36,7 +36,7 @@ static void set_step(const modes *m, int e, step_terms magnus, double *base, dou
 static void set_element(const modes *m, int e, double *joint, double *origin, double *value,
                         double *integral, double *step, double *step_by)
 {
-    const int n = m->stages, size = m->size;
+    const int n = m->stages, size = m->end.first;
     const double unit = unit_of(m, e);
     joint[0] = 1;
     if (m->turn_at[e] >= 0) {
@@ -62,7 +62,7 @@ static void set_element(const modes *m, int e, double *joint, double *origin, do
 static void set_place(const modes *m, modes_place *at, double *step, double *step_by,
                       double *integral, double *origin, double *value)
 {
-    const int e = at->element, size = m->size;
+    const int e = at->element, size = m->end.first;
     set_step(m, e, at->magnus, step, step_by);
     for (int j = 0; j < m->stages; j++) {
         const int point = e * (m->stages + 1) + j;
@@ -119,7 +119,7 @@ static double *own(const double *array, double *numbers, const kinematics *kinem
 static void fill(const modes *m, modes_places *places, const int *row, int *integers,
                  double *numbers, kinematics *kinematics)
 {
-    const int n = m->stages, size = m->size;
+    const int n = m->stages, size = m->end.first;
     int *whole = integers;
     for (int a = 0; a < size; a++) {
         *whole++ = m->mode[a].strain;
@@ -160,7 +160,7 @@ ad_status modes_kinematics_create(const modes *m, size_t places, const double *s
     modes_places *at = NULL;
     int *integers = NULL;
     double *numbers = NULL;
-    *x = (kinematics){.modes = m->size,
+    *x = (kinematics){.modes = m->end.first,
                       .elements = m->elements,
                       .stages = m->stages,
                       .places = (int)places,

@@ -384,20 +384,28 @@ ad_status modes_initial(modes *m, double *q, double *v, ad_error *error)
     return status;
 }
 
-/* The residual becomes what the modes are off by; returns its largest number, not a number where
- * the matrix is singular. */
+void modes_stiffness(const modes *m, const double *by_q, double *factor)
+{
+    const int n = m->size;
+    for (int c = 0; c < n; c++) {
+        for (int r = 0; r < n; r++) {
+            factor[c * n + r] = (c < m->end.first ? by_q : m->mass)[r * m->width + c];
+        }
+    }
+}
+
+/* The residual becomes what modes and reactions are off by; returns the largest number of modes,
+ * not a number where the matrix is singular. */
 static double solve_stiffness(const modes *m, const modes_linear *linear)
 {
-    const size_t n = (size_t)m->size, width = (size_t)m->width;
+    const size_t n = (size_t)m->size;
     double most = 0;
-    for (size_t i = 0; i < n * n; i++) {
-        linear->factor[i] = linear->by_q[i % n * width + i / n];
-    }
+    modes_stiffness(m, linear->by_q, linear->factor);
     if (ad_dense_lu(n, linear->factor, linear->pivots) != 0) {
         return NAN;
     }
     ad_dense_lu_solve(n, 1, linear->factor, linear->pivots, linear->residual);
-    for (size_t i = 0; i < n; i++) {
+    for (int i = 0; i < m->end.first; i++) {
         most = fabs(linear->residual[i]) > most || isnan(linear->residual[i])
                    ? fabs(linear->residual[i])
                    : most;
@@ -411,31 +419,33 @@ ad_status modes_settle(modes *m, const modes_linear *linear, ad_error *error)
     const double near = 1e-11, farthest = 0.5;
     double moved = INFINITY;
     memset(linear->v, 0, (size_t)m->size * sizeof *linear->v);
+    memset(linear->a, 0, (size_t)m->size * sizeof *linear->a);
     modes_stretch(m, NULL);
     for (int step = 0; step < STEPS && moved > near; step++) {
-        modes_linearise(m, linear->q, linear->v, NULL, linear->residual, linear->by_q,
-                        linear->by_v);
+        modes_linearise(m, linear->q, linear->v, m->end.count > 0 ? linear->a : NULL,
+                        linear->residual, linear->by_q, linear->by_v);
         moved = solve_stiffness(m, linear);
         const double part = fmin(1, farthest / moved);
         for (int k = 0; k < m->size; k++) {
-            linear->q[k] -= part * linear->residual[k];
+            *(k < m->end.first ? &linear->q[k] : &linear->a[k]) -= part * linear->residual[k];
         }
     }
     return moved <= near ? AD_OK
                          : ad_fail(error, AD_NOT_FINITE, "no equilibrium is found from the state");
 }
 
-/* Whether the stiffness at which modes_settle ended resists every displacement. */
-static bool is_stable(const modes *m, const modes_linear *linear)
+/* Whether the stiffness at which modes_settle ended resists every displacement that there can be.
+ */
+static bool is_stable(modes *m, const modes_linear *linear)
 {
-    for (int i = 0; i < m->size; i++) {
-        for (int j = 0; j <= i; j++) {
+    for (int i = 0; i < m->end.first; i++) {
+        for (int j = 0; j < m->end.first; j++) {
             const int at = i * m->width + j;
             linear->factor[at] = 0.5 * (linear->by_q[at] + linear->by_q[j * m->width + i]);
         }
     }
     leave_drives(m, linear->factor, linear->residual);
-    return solve_positive(m, linear->factor, linear->residual);
+    return modes_factor(modes_end_free(m, 1, &linear->factor), m->width, linear->factor);
 }
 
 ad_status modes_initial_settled(modes *m, const double *settled_at, const double *inputs,

@@ -68,20 +68,14 @@ static ad_status check_lengths(const scene *open, ad_error *error)
     return AD_OK;
 }
 
-/* Reactions of an end are no states. */
-static ad_status check_end(const scene *open, ad_error *error)
+/* Of an end that follows an input its rates are not known. */
+static ad_status check_end(const solve_rod *rod, ad_error *error)
 {
-    static const char *const ends[] = {"a held end", "a sliding end", "a driven end"};
-    char text[sizeof error->message];
-    for (size_t i = 0; i < sizeof ends / sizeof *ends; i++) {
-        const int feature = support_feature_find(ends[i]);
-        const char *key = support_key(open, feature);
-        if (key) {
-            support_sentence(feature, SUPPORT_ONE_STEP, text, sizeof text);
-            return ad_fail(error, AD_BAD_ARGUMENT, "%s: %s", key, text);
-        }
-    }
-    return AD_OK;
+    return modes_end_directions(rod) > 0 && solve_rod_part_kind(rod, SOLVE_END).by_parameters
+               ? ad_fail(error, AD_BAD_ARGUMENT,
+                         "boundary.end depends on a parameter, and the end is held; allowed: "
+                         "numbers and formulas of t")
+               : AD_OK;
 }
 
 /* What turns the base is a mode, and formulas have 0 in its place. */
@@ -122,12 +116,12 @@ static ad_status create_model(reduced_rod *rod, const reduced_settings *settings
     }
     ad_status status = check_lengths(open, error);
     status = status == AD_OK ? check_turn(open, error) : status;
-    status = status == AD_OK ? check_end(open, error) : status;
     if (status != AD_OK) {
         return status;
     }
     status = count > 0 ? solve_rod_create_open(open, &parameters, &rod->rod, error)
                        : solve_rod_create(open, &rod->rod, error);
+    status = status == AD_OK ? check_end(rod->rod, error) : status;
     if (status == AD_OK) {
         status = modes_create(rod->rod, count > 0 ? &parameters : NULL, &counts, 0, &rod->m, error);
     }
@@ -166,6 +160,7 @@ static ad_status allocate(reduced_rod *rod, ad_error *error)
     const modes *m = rod->m;
     const size_t n = (size_t)m->size, width = (size_t)m->width, inputs = (size_t)m->inputs;
     const size_t square = (n + QUAD) * width, states = (size_t)reduced_states(rod);
+    const size_t moving = (size_t)m->end.first, whole = states + 2 * (n - moving);
     const size_t changes =
         rod->open.memory_count > 0 ? ((size_t)rod->open.memory_count + inputs) * inputs : 0;
     AD_TAKE(rod, unit, states);
@@ -176,7 +171,7 @@ static ad_status allocate(reduced_rod *rod, ad_error *error)
     AD_TAKE(rod, start, 3 * n);
     AD_TAKE(rod, by_q, square);
     AD_TAKE(rod, by_v, square);
-    AD_TAKE(rod, by, states * (states + 2 * inputs));
+    AD_TAKE(rod, by, whole * (whole + 2 * inputs));
     AD_TAKE(rod, mass, square);
     AD_TAKE(rod, room, collocation_derivative_room(rod->step));
     AD_TAKE(rod, seen, KINEMATICS_SEEN * (size_t)rod->count);
@@ -189,13 +184,13 @@ static ad_status allocate(reduced_rod *rod, ad_error *error)
     if (rod->memory.is_short) {
         return ad_memory_status(&rod->memory, error, "out of memory for a reduced rod");
     }
-    for (size_t k = 0; k < n; k++) {
+    for (size_t k = 0; k < moving; k++) {
         const bool bends = m->mode[k].strain >= MODES_U && k >= (size_t)m->hinges;
         rod->unit[k] = bends ? 1 / rod->rod->scales.length : 1;
-        rod->unit[n + k] = rod->unit[k] / rod->rod->scales.time;
+        rod->unit[moving + k] = rod->unit[k] / rod->rod->scales.time;
     }
     for (int k = 0; k < m->branch.count; k++) {
-        rod->unit[2 * n + (size_t)k] = rod->unit[m->branch.mode[k]];
+        rod->unit[2 * moving + (size_t)k] = rod->unit[m->branch.mode[k]];
     }
     return AD_OK;
 }
@@ -239,12 +234,12 @@ void reduced_free(reduced_rod *rod)
 
 int reduced_modes(const reduced_rod *rod)
 {
-    return rod->m->size;
+    return rod->m->end.first;
 }
 
 int reduced_states(const reduced_rod *rod)
 {
-    return 2 * rod->m->size + rod->m->branch.count;
+    return 2 * reduced_modes(rod) + rod->m->branch.count;
 }
 
 int reduced_inputs(const reduced_rod *rod)
@@ -260,7 +255,7 @@ const scene_parameter *reduced_input(const reduced_rod *rod, int i)
 reduced_mode reduced_mode_of(const reduced_rod *rod, int k)
 {
     const modes *m = rod->m;
-    const int which = k < 2 * m->size ? k % m->size : m->branch.mode[k - 2 * m->size];
+    const int n = reduced_modes(rod), which = k < 2 * n ? k % n : m->branch.mode[k - 2 * n];
     const modes_mode *mode = &m->mode[which];
     return (reduced_mode){which < m->hinges ? -1 : mode->strain, mode->degree, mode->first_element};
 }
@@ -269,7 +264,7 @@ reduced_mode reduced_mode_of(const reduced_rod *rod, int k)
 
 static void take_state(reduced_rod *rod, const double *state)
 {
-    const int n = rod->m->size;
+    const int n = reduced_modes(rod);
     for (int k = 0; k < n; k++) {
         rod->q[k] = state[k] / rod->unit[k];
         rod->v[k] = state[n + k] / rod->unit[n + k];
@@ -281,7 +276,7 @@ static void take_state(reduced_rod *rod, const double *state)
 
 static void give_state(const reduced_rod *rod, double *state)
 {
-    const int n = rod->m->size;
+    const int n = reduced_modes(rod);
     for (int k = 0; k < n; k++) {
         state[k] = rod->q[k] * rod->unit[k];
         state[n + k] = rod->v[k] * rod->unit[n + k];
@@ -308,8 +303,8 @@ static ad_status go_to(reduced_rod *rod, double t, const double *state, const do
 
 ad_status reduced_initial(reduced_rod *rod, const double *inputs, double *state, ad_error *error)
 {
-    const modes_linear room = {rod->q,    rod->v,    rod->residual, rod->by_q,
-                               rod->by_v, rod->mass, rod->pivots};
+    const modes_linear room = {rod->q,    rod->v,    rod->a,    rod->residual,
+                               rod->by_q, rod->by_v, rod->mass, rod->pivots};
     const bool settles = rod->m->inputs > 0 && rod->open.initial.state == SCENE_EQUILIBRIUM;
     ad_status status = settles ? ad_dense_load(error) : modes_at(rod->m, 0, inputs, error);
     if (status == AD_OK) {
@@ -325,8 +320,8 @@ ad_status reduced_initial(reduced_rod *rod, const double *inputs, double *state,
 ad_status reduced_settle(reduced_rod *rod, double t, const double *inputs, double *state,
                          ad_error *error)
 {
-    const modes_linear room = {rod->q,    rod->v,    rod->residual, rod->by_q,
-                               rod->by_v, rod->mass, rod->pivots};
+    const modes_linear room = {rod->q,    rod->v,    rod->a,    rod->residual,
+                               rod->by_q, rod->by_v, rod->mass, rod->pivots};
     ad_status status = go_to(rod, t, state, inputs, error);
     status = status == AD_OK ? modes_settle(rod->m, &room, error) : status;
     if (status == AD_OK) {
@@ -417,7 +412,11 @@ ad_status reduced_rate(reduced_rod *rod, double t, const double *state, const do
     const int n = rod->m->size, states = reduced_states(rod), count = rod->m->inputs;
     const int wanted = states + count;
     const double time = rod->rod->scales.time;
-    ad_status status = go_to(rod, t, state, inputs, error);
+    ad_status status = rod->m->end.count > 0
+                           ? ad_fail(error, AD_BAD_ARGUMENT,
+                                     "rates of a reduced rod whose end is held are not built; "
+                                     "allowed: steps")
+                           : go_to(rod, t, state, inputs, error);
     modes_stretch(rod->m, rod->d);
     if (status == AD_OK && !modes_accelerations(rod->m, rod->q, rod->v, rod->a)) {
         status = modes_accelerations_fail(rod->m, error);
@@ -449,6 +448,20 @@ ad_status reduced_step(reduced_rod *rod, double t, double h, const double *state
     return reduced_step_linear(rod, t, h, state, inputs, NULL, next, by_state, by_inputs, error);
 }
 
+/* Leaves rows and columns of reactions, which are no states, out of rod->by [.][columns]. */
+static void drop_reactions(reduced_rod *rod, int columns)
+{
+    const int n = rod->m->size, moving = reduced_modes(rod), held = n - moving;
+    double *to = rod->by;
+    for (int r = 0; r < 2 * n + rod->m->branch.count && held > 0; r++) {
+        for (int c = 0; c < columns && !(r < 2 * n && r % n >= moving); c++) {
+            if (!(c < 2 * n && c % n >= moving)) {
+                *to++ = rod->by[r * columns + c];
+            }
+        }
+    }
+}
+
 /* To rod->q, rod->v, rod->d; derivatives by states, inputs and, by themselves, ends of states of
  * memory in rod->by [.][states + inputs + memory_count], in the model's units. */
 static ad_status step_linear(reduced_rod *rod, double t, double h, const double *state,
@@ -468,6 +481,7 @@ static ad_status step_linear(reduced_rod *rod, double t, double h, const double 
         status =
             collocation_derivatives(rod->step, t / time, h / time, inputs, after, ends, rod->start,
                                     rod->start + n, rod->start + 2 * n, rod->room, rod->by, error);
+        drop_reactions(rod, 2 * n + rod->m->branch.count + rod->m->inputs + memory);
     }
     return status;
 }

@@ -62,13 +62,11 @@ static bool is_refused(const scene *moving, char why[STABILITY_TEXT])
 {
     const char *key = "";
     ad_error error;
-    const char *what =
-        scene_has_branch(moving) ? "rod.material.maxwell: vibrations of a material that relaxes"
-        : scene_has_rubbing_tendons(moving)
-            ? "tendons[].friction: vibrations of a rod whose tendons stick"
-        : scene_hold_of(&moving->end).directions > 0 || scene_end_holds_rotation(moving->end.type)
-            ? "boundary.end.type: vibrations of a rod whose end is held"
-            : NULL;
+    const char *what = scene_has_branch(moving)
+                           ? "rod.material.maxwell: vibrations of a material that relaxes"
+                       : scene_has_rubbing_tendons(moving)
+                           ? "tendons[].friction: vibrations of a rod whose tendons stick"
+                           : NULL;
     if (what) {
         snprintf(why, STABILITY_TEXT, "%s are not looked at", what);
         return true;
@@ -87,13 +85,14 @@ typedef struct released {
     modes *m;
     modes_linear at;
     double *memory;
+    int free;                 /* motions, of so many first rows and columns of the matrices */
     const double *s, *values; /* [STABILITY_POINTS] m, [columns] of it, SI */
 } released;
 
 static ad_status allocate(released *released, ad_error *error)
 {
     const size_t n = (size_t)released->m->size, square = (n + QUAD) * (size_t)released->m->width;
-    double *at = released->memory = calloc(3 * n + 3 * square, sizeof *at);
+    double *at = released->memory = calloc(4 * n + 3 * square, sizeof *at);
     released->at.pivots = malloc((2 * n + 1) * sizeof *released->at.pivots);
     if (!at || !released->at.pivots) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu modes", n);
@@ -101,7 +100,8 @@ static ad_status allocate(released *released, ad_error *error)
     released->at.q = at;
     released->at.v = at + n;
     released->at.residual = at + 2 * n;
-    released->at.by_q = at + 3 * n;
+    released->at.a = at + 3 * n;
+    released->at.by_q = at + 4 * n;
     released->at.by_v = released->at.by_q + square;
     released->at.factor = released->at.by_v + square;
     return AD_OK;
@@ -182,7 +182,7 @@ static double distance(const released *released)
 static bool set_companion(const released *released, double *companion)
 {
     const modes *m = released->m;
-    const int n = m->size, width = m->width, all = 2 * n;
+    const int n = released->free, width = m->width, all = 2 * n;
     for (int c = 0; c < n; c++) {
         for (int r = 0; r < n; r++) {
             released->at.factor[c * n + r] = released->at.by_q[r * width + c];
@@ -208,8 +208,10 @@ static bool set_companion(const released *released, double *companion)
 static bool is_damped(const released *released)
 {
     double most = 0;
-    for (int i = 0; i < released->m->size * released->m->width; i++) {
-        most = fmax(most, fabs(released->at.by_v[i]));
+    for (int i = 0; i < released->free; i++) {
+        for (int k = 0; k < released->free; k++) {
+            most = fmax(most, fabs(released->at.by_v[i * released->m->width + k]));
+        }
     }
     return most > 0;
 }
@@ -236,9 +238,11 @@ static void pick(int count, const double *real, const double *imaginary, double 
     }
 }
 
-static ad_status find_growth(const released *released, stability *result, ad_error *error)
+static ad_status find_growth(released *released, stability *result, ad_error *error)
 {
-    const size_t n = 2 * (size_t)released->m->size;
+    double *const matrices[3] = {released->at.by_q, released->at.by_v, released->m->mass};
+    released->free = modes_end_free(released->m, 3, matrices);
+    const size_t n = 2 * (size_t)released->free;
     double *companion = calloc(n * n + 2 * n + AD_DENSE_EIGEN_WORK(n), sizeof *companion);
     if (!companion) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu vibrations", n);

@@ -3,11 +3,14 @@
  * that a driven end puts in, and what has no motion. */
 #include "modes_testing.h"
 #include "near.h"
+#include "temporary_folder.h"
 
 #include "autodiff/dense.h"
-#include "physics/solve/modes_motion.h"
+#include "physics/chain/reduced.h"
 #include "physics/solve/solve.h"
+#include "tools/library/cpinn.h"
 
+#include <stdio.h>
 #include <string.h>
 
 /* ---- equations ----------------------------------------------------------------------------- */
@@ -332,6 +335,132 @@ static void test_steps(void **state)
     }
 }
 
+/* ---- recordings ---------------------------------------------------------------------------- */
+
+/* A tendon to the middle of a rod between two ends, of which one slides, and its stiffness. */
+#define PULLED_AT(pull, factor)                                                                    \
+    "rod: {model: cosserat, length: 1, section: {shape: circle, radius: 0.02}, material: "         \
+    "{youngs_modulus: \"1.0e7*" factor                                                             \
+    "\", poissons_ratio: 0.45, density: 1000, relaxation_time: "                                   \
+    "0.01}}\n"                                                                                     \
+    "boundary: {start: {type: clamped}, end: {type: guided, along: [0, 0, 1], " AT_THE_END "}}\n"  \
+    "tendons: [{offset: [0.03, 0], end: 0.5, tension: " pull "}]\n"                                \
+    "loads: {gravity: [0, -2, 0]}\n"
+#define SETTLED "initial: {state: equilibrium}\ntime: {duration: 0.5}\n"
+#define UNKNOWN                                                                                    \
+    "parameters: {pull: {range: [0, 20]}, e: {identify: 0.7, range: [0.4, 2]}}\n" PULLED_AT(       \
+        "pull", "e")
+
+static double pull_at(double t)
+{
+    return t < 0.25 ? 60 * t : 30 - 60 * t;
+}
+
+static void write_text(const char *name, const char *text)
+{
+    FILE *to = fopen(at(name), "w");
+    assert_non_null(to);
+    fputs(text, to);
+    fclose(to);
+}
+
+/* The stiffness by which a recording was made is found from places in the middle, of which one unit
+ * in the last place is the noise, to its deviation and what modes of recordings leave. */
+static void test_recording(void **state)
+{
+    (void)state;
+    enum { SAMPLES = 21 };
+    static const char made[] = PULLED_AT("'where(0.25 - t, 60*t, 30 - 60*t)'", "1") SETTLED;
+    const solve_settings asked = {.tolerance = 1e-6, .method = SOLVE_MODES};
+    ad_error error = {.message = ""};
+    config *of = NULL;
+    solution *motion = NULL;
+    solve_report report;
+    cpinn_unknowns *found = NULL;
+    double times[SAMPLES];
+    for (int i = 0; i < SAMPLES; i++) {
+        times[i] = 0.5 * i / (SAMPLES - 1);
+    }
+    if (prepare_read("made.yaml", made, 0, NULL, &of, &error) != AD_OK ||
+        solution_create(&of->scene, &asked, SAMPLES, times, &motion, &report, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+    FILE *to = fopen(at("recorded.csv"), "w");
+    assert_non_null(to);
+    fputs("s,t,pull,x,y,z\n", to);
+    for (int i = 0; i < SAMPLES; i++) {
+        const double s = 0.5;
+        double r[3];
+        assert_int_equal(solution_evaluate(motion, 3, 1, &s, &times[i], r, &error), AD_OK);
+        fprintf(to, "%g,%.12g,%.12g,%.12g,%.12g,%.12g\n", s, times[i], pull_at(times[i]), r[0],
+                r[1], r[2]);
+    }
+    fclose(to);
+    solution_free(motion);
+    config_free(of);
+    write_text("scene.yaml",
+               UNKNOWN SETTLED "data: [{quantity: position, file: recorded.csv, noise: 1.0e-5}]\n");
+    if (cpinn_identify_file(at("scene.yaml"), 0, NULL, 1, &found, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+    const double e = cpinn_unknowns_value(found, 0), deviation = cpinn_unknowns_deviation(found, 0);
+    cpinn_unknowns_free(found);
+    print_message("recorded: %.6f +- %.1e\n", e, deviation);
+    assert_near(e, 1, deviation);
+    assert_true(deviation < 1e-2);
+}
+
+/* Derivatives of a step by state and inputs against difference quotients, of steps solved to 1e-10;
+ * the states are those of modes alone. */
+static void test_reduced(void **state)
+{
+    (void)state;
+    enum { MOST = 64 };
+    const double place = 0.5, by = 1e-5, h = 0.02;
+    const reduced_settings settings = {
+        .modes = {3, 1, 1, 1}, .count = 1, .s = &place, .newton = 1e-10};
+    ad_error error = {.message = ""};
+    config *given = NULL;
+    reduced_rod *rod = NULL;
+    double x[MOST], inputs[2] = {7, 1.2}, next[MOST], ends[2][MOST], S[MOST * MOST], T[MOST * 2];
+    double worst = 0, size = 0;
+    static const char text[] =
+        "parameters: {pull: {range: [0, 20]}, e: {range: [0.4, 2]}}\n" PULLED_AT(
+            "pull", "e") "time: {duration: 0.5}\n";
+    if (prepare_read("reduced.yaml", text, 0, NULL, &given, &error) != AD_OK ||
+        reduced_create(&given->scene, &settings, &rod, &error) != AD_OK ||
+        reduced_initial(rod, inputs, x, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+    const int n = reduced_states(rod);
+    assert_int_equal(n, 2 * 2 * (3 + 3 + 1 + 1 + 1 + 1)); /* of two pieces */
+    inputs[0] = 15;
+    for (int i = 0; i < 3; i++) { /* into motion */
+        assert_int_equal(reduced_step(rod, 0, h, x, inputs, x, NULL, NULL, &error), AD_OK);
+    }
+    assert_int_equal(reduced_step(rod, 0, h, x, inputs, next, S, T, &error), AD_OK);
+    for (int c = 0; c < n + 2; c++) {
+        double *to = c < n ? &x[c] : &inputs[c - n];
+        const double kept = *to;
+        for (int side = 0; side < 2; side++) {
+            *to = kept + (side ? by : -by);
+            assert_int_equal(reduced_step(rod, 0, h, x, inputs, ends[side], NULL, NULL, &error),
+                             AD_OK);
+        }
+        *to = kept;
+        for (int r = 0; r < n; r++) {
+            const double quotient = (ends[1][r] - ends[0][r]) / (2 * by);
+            worst = fmax(worst, fabs(quotient - (c < n ? S[r * n + c] : T[r * 2 + c - n])));
+            size = fmax(size, fabs(quotient));
+        }
+    }
+    print_message("derivatives of a step: %.1e of %.1e\n", worst, size);
+    assert_true(worst < 1e-6 * size);
+    assert_int_equal(reduced_rate(rod, 0, x, inputs, next, NULL, NULL, &error), AD_BAD_ARGUMENT);
+    reduced_free(rod);
+    config_free(given);
+}
+
 /* ---- what has no motion -------------------------------------------------------------------- */
 
 /* A rod that does not stretch between two ends as far apart as it is long, at once or at the end of
@@ -377,6 +506,8 @@ int main(void)
                                        cmocka_unit_test(test_spectral_elements),
                                        cmocka_unit_test(test_equilibrium),
                                        cmocka_unit_test(test_steps),
+                                       cmocka_unit_test(test_recording),
+                                       cmocka_unit_test(test_reduced),
                                        cmocka_unit_test(test_refused)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return cmocka_run_group_tests(tests, make_directory, remove_directory);
 }
