@@ -486,6 +486,10 @@ def looks(browser, path, kind):
         assert found > 200, (path, found, "a sky alone has fewer")  # shaded, and with a map of colours
     if browser.evaluate("!!report.residuals"):
         chooses(browser, path)
+    if browser.evaluate("!!report.loop"):
+        titles = browser.evaluate("[...document.querySelectorAll('.chart h2')].map(x => x.textContent)")
+        for title in ["Distance", "Inputs", "Estimate of stiffness", "Time that a period takes"]:
+            assert title in titles, (path, titles)
     if frames > 1:
         before = browser.evaluate("byId('now').textContent")
         browser.press(" ")

@@ -231,7 +231,7 @@ run 0 cpinn-control "$robot" --set control.model=reduced --set control.duration=
 check shapes for ParaView -- test -s loop.vtkhdf
 said loop.html '"verdict": .*"outcome": "solved"'
 said loop.html '"as the filter believes"'
-said loop.html '"Estimate of stiffness"'
+said loop.html '"name": "estimate_stiffness"'
 run 0 cpinn-show "$robot" --at force1=1,force2=2,force3=3,stiffness=1 --grid 11x5 --out member.html
 mkdir folder
 printf 'case,seconds\na,1\n' >folder/cases.csv

@@ -35,12 +35,11 @@ enum { SHOW_FRAMES_MAX = 401, SHOW_POINTS_MAX = 201 };
 void show_column(json *to, const char *name, const char *unit, const double *values, size_t rows,
                  bool rounded);
 
-/* A curve of a chart: x and y [rows], thinned out if there are very many. */
-void show_series(json *to, const char *name, const double *x, const double *y, size_t rows);
+/* A column of curves, thinned out if there are very many rows: how many are kept. */
+size_t show_thinned(json *to, const char *name, const double *values, size_t rows);
 
-/* The same dashed, or with a band from y - half to y + half (NULL: none) around it. */
-void show_series_with(json *to, const char *name, const double *x, const double *y,
-                      const double *half, bool dashed, size_t rows);
+/* A curve of a chart: x and y [rows]. */
+void show_series(json *to, const char *name, const double *x, const double *y, size_t rows);
 
 /* What happens to the shapes of a table, frames and points thinned out; `labels` [frames], NULL:
  * none. The instants [*frames] and places [*points] that are kept, as rows of the table's first
@@ -78,18 +77,10 @@ ad_status show_scene(json *to, const scene *of, const double *values, const show
                      show_drawn *drawn, ad_error *error);
 
 /* Files of tools/show as lines, ended by NULL. */
-extern const char *const show_text_page[],
-    *const show_text_style[], *const show_text_vectors[],
-                                  *const show_text_scene[],
-                                      *const show_text_draw[],
-                                          *const show_text_charts[],
-                                              *const show_text_live[],
-                                                  *const show_text_workspace[],
-                                                      *const show_text_residuals[],
-                                                          *const show_text_measured[],
-                                                              *const show_text_picture[],
-                                                                  *const show_text_player[],
-                                                                      *const show_text_main[];
+typedef const char *const show_lines[];
+extern show_lines show_text_page, show_text_style, show_text_vectors, show_text_scene,
+    show_text_draw, show_text_charts, show_text_live, show_text_workspace, show_text_loop,
+    show_text_residuals, show_text_measured, show_text_picture, show_text_player, show_text_main;
 
 /* Ends `to` and writes the page. AD_IO, AD_NO_MEMORY. */
 ad_status show_page(json *to, const char *title, const char *path, ad_error *error);

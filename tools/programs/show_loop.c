@@ -112,102 +112,46 @@ static void put_errors(const looped *l)
 
 /* ---- curves -------------------------------------------------------------------------------- */
 
-static void put_inputs(const looped *l)
+static bool has_curve(const char *name)
 {
-    const table_source *r = l->record;
-    show_open_curve(&l->x->to, "Inputs", "t", "s", "", false);
-    for (size_t k = 0; k < r->ncols; k++) {
-        if (strncmp(r->names[k], "input_", 6) == 0) {
-            show_series(&l->x->to, r->names[k] + 6, l->t, r->columns[k], r->nrows);
-        }
+    static const char *const kinds[] = {"input_",     "estimate_",      "deviation_",     "truth_",
+                                        "constraint", "filter_seconds", "control_seconds"};
+    bool has = false;
+    for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++) {
+        has = has || strncmp(name, kinds[i], strlen(kinds[i])) == 0;
     }
-    show_close_curve(&l->x->to);
+    return has;
 }
 
-/* Of each parameter that the filter finds: with two deviations, and the truth. */
-static void put_estimates(const looped *l)
-{
-    const table_source *r = l->record;
-    json *to = &l->x->to;
-    double *half = malloc(r->nrows * sizeof *half + 1);
-    for (size_t k = 0; k < r->ncols && half; k++) {
-        if (strncmp(r->names[k], "estimate_", 9) == 0) {
-            const char *name = r->names[k] + 9;
-            const double *deviation = column_of(l, "deviation", name);
-            const double *truth = column_of(l, "truth", name);
-            char title[120];
-            for (size_t i = 0; i < r->nrows; i++) {
-                half[i] = deviation ? 2 * deviation[i] : 0;
-            }
-            snprintf(title, sizeof title, "Estimate of %s", name);
-            show_open_curve(to, title, "t", "s", "", false);
-            show_series_with(to, deviation ? "estimate with two deviations" : "estimate", l->t,
-                             r->columns[k], deviation ? half : NULL, false, r->nrows);
-            if (truth && isfinite(truth[0])) {
-                show_series_with(to, "truth", l->t, truth, NULL, true, r->nrows);
-            }
-            show_close_curve(to);
-        }
-    }
-    free(half);
-}
-
-/* What is constrained, with what is allowed if the scene is known. */
-static void put_constraints(const looped *l)
-{
-    const control_settings *c = l->nominal ? &l->nominal->control : NULL;
-    const size_t rows = l->record->nrows;
-    double *limit = malloc(rows * sizeof *limit + 1);
-    for (int k = 0; k < CONTROL_LIMITS_MAX && limit; k++) {
-        char name[32];
-        snprintf(name, sizeof name, "constraint%d", k);
-        const double *values = table_source_column(l->record, name);
-        if (!values) {
-            break;
-        }
-        show_open_curve(&l->x->to, name, "t", "s", "", false);
-        show_series(&l->x->to, "value", l->t, values, rows);
-        for (int side = 0; side < 2 && c && k < c->limit_count; side++) {
-            const double at = side ? c->limits[k].high : c->limits[k].low;
-            for (size_t i = 0; i < rows; i++) {
-                limit[i] = at;
-            }
-            if (isfinite(at)) {
-                show_series_with(&l->x->to, side ? "at most" : "at least", l->t, limit, NULL, true,
-                                 rows);
-            }
-        }
-        show_close_curve(&l->x->to);
-    }
-    free(limit);
-}
-
-static void put_times(const looped *l)
-{
-    const double *filter = table_source_column(l->record, "filter_seconds");
-    const double *controller = table_source_column(l->record, "control_seconds");
-    if (filter && controller) {
-        show_open_curve(&l->x->to, "Time that a period takes", "t", "s", "s", true);
-        show_series(&l->x->to, "filter", l->t, filter, l->record->nrows);
-        show_series(&l->x->to, "controller", l->t, controller, l->record->nrows);
-        show_close_curve(&l->x->to);
-    }
-}
-
+/* Columns, and what constraints allow if the scene is known: the page makes curves of them. */
 static void put_curves(const looped *l)
 {
-    json_open(&l->x->to, "curves", '[');
-    show_open_curve(&l->x->to, "Distance", "t", "s", "m", true);
-    show_series(&l->x->to, "place off the path", l->t, l->off, l->record->nrows);
+    const table_source *r = l->record;
+    const control_settings *c = l->nominal ? &l->nominal->control : NULL;
+    json *to = &l->x->to;
+    json_open(to, "loop", '{');
+    json_open(to, "columns", '[');
+    size_t kept = show_thinned(to, "t", l->t, r->nrows);
+    show_thinned(to, "place off the path", l->off, r->nrows);
     if (l->estimated[1]) {
-        show_series(&l->x->to, "estimate off the place", l->t, l->missed, l->record->nrows);
+        show_thinned(to, "estimate off the place", l->missed, r->nrows);
     }
-    show_close_curve(&l->x->to);
-    put_inputs(l);
-    put_estimates(l);
-    put_constraints(l);
-    put_times(l);
-    json_close(&l->x->to, ']');
+    for (size_t k = 0; k < r->ncols; k++) {
+        if (has_curve(r->names[k])) {
+            show_thinned(to, r->names[k], r->columns[k], r->nrows);
+        }
+    }
+    json_close(to, ']');
+    json_integer(to, "rows", (int64_t)kept);
+    json_open(to, "limits", '[');
+    for (int k = 0; c && k < c->limit_count; k++) {
+        json_open(to, NULL, '[');
+        json_number(to, NULL, c->limits[k].low);
+        json_number(to, NULL, c->limits[k].high);
+        json_close(to, ']');
+    }
+    json_close(to, ']');
+    json_close(to, '}');
 }
 
 /* ---- the robot ----------------------------------------------------------------------------- */

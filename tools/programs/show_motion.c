@@ -76,39 +76,30 @@ void show_column(json *to, const char *name, const char *unit, const double *val
     json_close(to, '}');
 }
 
-static void put_thinned(json *to, const char *name, const double *values, size_t rows, size_t kept)
+size_t show_thinned(json *to, const char *name, const double *values, size_t rows)
 {
+    const size_t kept = rows < CURVE_ROWS ? rows : CURVE_ROWS;
     double *few = malloc(kept * sizeof *few + 1);
     for (size_t i = 0; few && i < kept; i++) {
         few[i] = values[kept > 1 ? i * (rows - 1) / (kept - 1) : 0];
     }
-    json_open(to, name, '[');
     if (few) {
         show_column(to, name, "", few, kept, false);
     }
-    json_close(to, ']');
     free(few);
-}
-
-void show_series_with(json *to, const char *name, const double *x, const double *y,
-                      const double *half, bool dashed, size_t rows)
-{
-    const size_t kept = rows < CURVE_ROWS ? rows : CURVE_ROWS;
-    json_open(to, NULL, '{');
-    json_text(to, "name", name);
-    json_text(to, "dashed", dashed ? "yes" : NULL);
-    json_integer(to, "rows", (int64_t)kept);
-    put_thinned(to, "x", x, rows, kept);
-    put_thinned(to, "y", y, rows, kept);
-    if (half) {
-        put_thinned(to, "half", half, rows, kept);
-    }
-    json_close(to, '}');
+    return kept;
 }
 
 void show_series(json *to, const char *name, const double *x, const double *y, size_t rows)
 {
-    show_series_with(to, name, x, y, NULL, false, rows);
+    json_open(to, NULL, '{');
+    json_text(to, "name", name);
+    json_open(to, "columns", '[');
+    show_thinned(to, "x", x, rows);
+    const size_t kept = show_thinned(to, "y", y, rows);
+    json_close(to, ']');
+    json_integer(to, "rows", (int64_t)kept);
+    json_close(to, '}');
 }
 
 /* ---- what is kept -------------------------------------------------------------------------- */

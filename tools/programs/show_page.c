@@ -35,13 +35,14 @@ static void put_data(FILE *file, const char *text)
     fputs(text, file);
 }
 
-/* What computes shapes, or draws tips or residuals, is only where there are some. */
+/* What computes shapes, or draws tips, residuals or loops, is only where there are some. */
 static void put_page(FILE *file, const char *title, const char *data)
 {
     static const char *const nothing[] = {NULL};
     const bool is_live = strstr(data, "\"live\": {") != NULL,
                has_tips = strstr(data, "\"workspace\": {") != NULL,
-               has_rows = strstr(data, "\"residuals\": {") != NULL;
+               has_rows = strstr(data, "\"residuals\": {") != NULL,
+               has_loop = strstr(data, "\"loop\": {") != NULL;
     for (const char *const *line = show_text_page; *line; line++) {
         if (strstr(*line, "<!--title-->")) {
             fputs("<title>", file);
@@ -60,6 +61,7 @@ static void put_page(FILE *file, const char *title, const char *data)
                                                   is_live ? show_text_live : nothing,
                                                   has_tips ? show_text_workspace : nothing,
                                                   has_rows ? show_text_residuals : nothing,
+                                                  has_loop ? show_text_loop : nothing,
                                                   show_text_picture,
                                                   show_text_player,
                                                   show_text_main};

@@ -91,21 +91,18 @@ function addMotionCharts(player) {
 }
 
 function addReportCharts(player) {
-    for (const curve of report.curves || []) {
-        const series = curve.series.map(one => {
-            const x = column(one.x[0]), y = column(one.y[0]);
-            const half = one.half && column(one.half[0]);
-            return { name: one.name, dashed: one.dashed === "yes", count: one.rows,
-                x: i => x.at(i), y: i => y.at(i), half: half && (i => half.at(i)) };
-        });
-        if (series.length === 0) {
-            continue;
+    const written = (report.curves || []).map(curve => ({ title: curve.title, x: curve.x,
+        xUnit: curve.x_unit, yUnit: curve.y_unit, log: curve.log === "yes",
+        series: curve.series.map(one => {
+            const [x, y] = one.columns.map(column);
+            return { name: one.name, count: one.rows, x: x.at, y: y.at };
+        }) }));
+    for (const about of [...written, ...(report.loop ? loopCurves(report.loop) : [])]) {
+        const follows = about.x === "t" || about.x === "member";
+        if (about.series.length > 0) {
+            addChart(player, { ...about, seek: follows && player ? t => player.seek(t) : null },
+                follows ? function (time) { this.show(time); } : null);
         }
-        const follows = curve.x === "t" || curve.x === "member";
-        const seek = follows && player ? t => player.seek(t) : null;
-        addChart(player, { title: curve.title, x: curve.x, xUnit: curve.x_unit,
-            yUnit: curve.y_unit, log: curve.log === "yes", series, seek },
-        follows ? function (time) { this.show(time); } : null);
     }
 }
 
