@@ -274,6 +274,23 @@ static ad_status solve_once(refined *at, const solve_settings *settings, const m
     return look(at, error);
 }
 
+/* Which strains are left out of those that stay 0. All, but where an end is held: there only those
+ * that have no modes, and such as leave the rod in a plane. Without twist, say, modes of bending
+ * about both directors do not turn the end of a straight rod about its axis. */
+static void leave_out(const modes *m, const bool is_still[MODES_STRAINS], bool out[MODES_STRAINS])
+{
+    memcpy(out, is_still, MODES_STRAINS * sizeof *out);
+    for (int a = 0; a < m->end.first && m->end.count > 0; a++) {
+        out[m->mode[a].strain] = false;
+    }
+    for (int plane = 0; plane < 2; plane++) { /* bent about d2, about d1 */
+        const int of[3] = {MODES_U + plane, MODES_V + 1 - plane, MODES_U + 2};
+        for (int k = 0; k < 3 && is_still[of[0]] && is_still[of[1]] && is_still[of[2]]; k++) {
+            out[of[k]] = true;
+        }
+    }
+}
+
 /* More modes of strains whose last two move the rod by more than a share of the tolerance, one of
  * others; none of what stays 0, or so near that it counts for nothing beside the tolerance. False:
  * there are no more. */
@@ -283,7 +300,7 @@ static bool add_modes(const modes_solution *solution, double tolerance, modes_co
     const bool is_held = m->end.count > 0; /* by which small strains may matter, too */
     const double share = 0.2, nothing = fmax(1e-13, is_held ? 0 : 1e-2 * tolerance);
     double size[MODES_STRAINS] = {0}, tail[MODES_STRAINS] = {0};
-    bool more = false;
+    bool is_still[MODES_STRAINS], out[MODES_STRAINS], more = false;
     for (size_t i = 0; i < solution->times.count; i++) {
         for (int a = solution->times.aside[i] ? m->end.first : m->hinges; a < m->end.first; a++) {
             if (a == m->feed.mode) {
@@ -299,9 +316,13 @@ static bool add_modes(const modes_solution *solution, double tolerance, modes_co
         }
     }
     for (int c = 0; c < MODES_STRAINS; c++) {
+        is_still[c] = size[c] <= nothing;
+    }
+    leave_out(m, is_still, out);
+    for (int c = 0; c < MODES_STRAINS; c++) {
         int *n = &counts->of[c], before = *n;
         *n += tail[c] > share * tolerance ? (*n > 6 ? *n / 3 : 2) : 1;
-        *n = size[c] <= nothing ? 0 : *n > SOLVE_MODES_MAX ? SOLVE_MODES_MAX : *n;
+        *n = out[c] ? 0 : *n > SOLVE_MODES_MAX ? SOLVE_MODES_MAX : *n;
         more |= *n > before;
     }
     return more;

@@ -266,6 +266,9 @@ static void test_spectral_elements(void **state)
                             "0, 1]}}\n" PUSHED "time: {duration: 0.6}\n"},
         {"sliding", STRAIGHT "boundary: {start: {type: pinned}, end: {type: guided, along: [0, 0, "
                              "1], " AT_THE_END "}}\n" PUSHED "time: {duration: 0.6}\n"},
+        {"aslant in a plane", STRAIGHT
+         "boundary: {start: {type: clamped}, end: {type: clamped, " AT_THE_END "}}\n"
+         "loads: {force: [\"6*sin(3*t)^2\", \"5*sin(3*t)^2\", 0]}\ntime: {duration: 0.6}\n"},
         {"turned", STRAIGHT "boundary: {start: {type: clamped}, end: {type: driven, " AT_THE_END
                             ", twist: \"2*sin(t)^2\"}}\n" PUSHED "time: {duration: 0.6}\n"}};
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
