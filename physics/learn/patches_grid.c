@@ -2,6 +2,7 @@
 #include "physics/learn/patches_internal.h"
 
 #include "physics/numerics/gauss.h"
+#include "physics/numerics/sort.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -233,16 +234,7 @@ bool patch_table_create(patch_table *table, const patch_grid *grid, const patch_
 
 int patch_cell_at(const patch_grid *grid, int coordinate, double x)
 {
-    int low = 0, high = grid->cells[coordinate];
-    while (high - low > 1) {
-        const int middle = (low + high) / 2;
-        if (x < grid->edge[coordinate][middle]) {
-            high = middle;
-        } else {
-            low = middle;
-        }
-    }
-    return low;
+    return (int)sort_cell((size_t)grid->cells[coordinate], grid->edge[coordinate], x, false);
 }
 
 double patch_grid_at(const patch_grid *grid, const double *c, int output, const int *order,

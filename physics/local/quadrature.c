@@ -1,5 +1,7 @@
 #include "physics/local/quadrature.h"
 
+#include "physics/numerics/sort.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -263,16 +265,7 @@ ad_status solve_quadrature_create(const scene *of, const solve_given *given, int
 
 int solve_quadrature_panel(const solve_quadrature *quadrature, double s)
 {
-    int low = 0, high = quadrature->count; /* edges[low] <= s < edges[high] */
-    while (high - low > 1) {
-        int middle = (low + high) / 2;
-        if (quadrature->edges[middle] <= s) {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    return low;
+    return (int)sort_cell((size_t)quadrature->count, quadrature->edges, s, false);
 }
 
 /* Whether a rule on one element is as good as the panels. */

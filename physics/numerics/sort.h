@@ -3,6 +3,7 @@
 #define PHYSICS_NUMERICS_SORT_H
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdlib.h>
 
 static inline int sort_compare(const void *a, const void *b)
@@ -23,6 +24,18 @@ static inline double sort_median(size_t count, double *x)
 {
     sort_ascending(count, x);
     return x[count / 2];
+}
+
+/* The cell between ascending edges [cells + 1] that x is in, before and after all the first and the
+ * last one; of two that meet at x the second, or the first. */
+static inline size_t sort_cell(size_t cells, const double *edges, double x, bool first)
+{
+    size_t low = 0, high = cells;
+    while (high - low > 1) {
+        const size_t middle = low + (high - low) / 2;
+        *((first ? edges[middle] < x : edges[middle] <= x) ? &low : &high) = middle;
+    }
+    return low;
 }
 
 #endif

@@ -1,6 +1,7 @@
 #include "physics/solve/elements.h"
 
 #include "autodiff/dense.h"
+#include "physics/numerics/sort.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -66,16 +67,7 @@ void solve_elements_places(const solve_elements *mesh, double *s)
 
 int solve_elements_at(const solve_elements *mesh, double s)
 {
-    int first = 0, last = mesh->count - 1;
-    while (first < last) {
-        int middle = (first + last + 1) / 2;
-        if (mesh->edges[middle] < s) {
-            first = middle;
-        } else {
-            last = middle - 1;
-        }
-    }
-    return first;
+    return (int)sort_cell((size_t)mesh->count, mesh->edges, s, true);
 }
 
 void solve_elements_interpolate(const solve_elements *mesh, int e, double s, size_t rows,

@@ -4,6 +4,7 @@
 #include "physics/law/law_numbers.h"
 #include "physics/local/lobatto.h"
 #include "physics/numerics/quaternion.h"
+#include "physics/numerics/sort.h"
 
 #include <string.h>
 
@@ -195,25 +196,13 @@ static void sample_node(const motion *m, int element, int k, double scale, solve
     }
 }
 
-/* The one that holds s; where two meet the first. */
-static int element_at(const motion *m, double s)
-{
-    int first = 0, last = m->elements - 1;
-    while (first < last) {
-        int middle = (first + last + 1) / 2;
-        first = s > m->edge[middle] ? middle : first;
-        last = s > m->edge[middle] ? last : middle - 1;
-    }
-    return first;
-}
-
 void motion_samples(motion *m, const double *state, size_t n, const double *s, solve_state *out)
 {
     double values[LOBATTO_DEGREE_MAX + 1];
     motion_set_nodes(m, state);
     motion_internal_forces(m);
     for (size_t i = 0; i < n; i++) {
-        int element = element_at(m, s[i]);
+        int element = (int)sort_cell((size_t)m->elements, m->edge, s[i], true);
         double from = m->edge[element], to = m->edge[element + 1];
         double at = 2 * (s[i] - from) / (to - from) - 1;
         out[i] = (solve_state){0};

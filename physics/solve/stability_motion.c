@@ -2,6 +2,7 @@
  * linearised motion is M y_tt + D y_t + K y = 0 with the exact derivatives of all forces. */
 #include "autodiff/dense.h"
 #include "physics/chain/modes_internal.h"
+#include "physics/numerics/sort.h"
 #include "physics/rod/rod.h"
 #include "physics/scene/support.h"
 #include "physics/solve/stability.h"
@@ -117,12 +118,8 @@ static void release(released *released)
 /* The sample next to s, m, on the same side of all edges. */
 static int sample_at(const released *released, double s)
 {
-    int low = 0, high = STABILITY_POINTS - 1;
-    while (high - low > 1) {
-        const int middle = (low + high) / 2;
-        *(released->s[middle] <= s ? &low : &high) = middle;
-    }
-    return s - released->s[low] <= released->s[high] - s ? low : high;
+    const int k = (int)sort_cell(STABILITY_POINTS - 1, released->s, s, false);
+    return s - released->s[k] <= released->s[k + 1] - s ? k : k + 1;
 }
 
 static void sample(const released *released, int k, int column, int count, double *out)

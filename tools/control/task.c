@@ -1,5 +1,6 @@
 #include "tools/control/task.h"
 
+#include "physics/numerics/sort.h"
 #include "tools/files/table_file.h"
 
 #include <math.h>
@@ -83,12 +84,8 @@ static void in_file(const task_path *path, double t, double position[3])
 {
     const double *times = path->columns[0];
     const size_t last = table_rows(path->table) - 1;
-    size_t low = 0, high = last;
     t = fmin(fmax(t + times[0], times[0]), times[last]);
-    while (high - low > 1) {
-        const size_t middle = (low + high) / 2;
-        *(times[middle] <= t ? &low : &high) = middle;
-    }
+    const size_t low = sort_cell(last, times, t, false), high = low + 1;
     const double h = times[high] - times[low], at = (t - times[low]) / h;
     for (int k = 0; k < 3; k++) {
         const double *y = path->columns[k + 1];
