@@ -8,9 +8,11 @@
  * (Boyer, Lebastard, Candelier, Renda, IEEE Trans. Robotics 37, 2021). Rotation, position, velocity
  * and acceleration are integrals of them from the start, which is held or a pin, on to the tip; the
  * equations of motion M(q) q_tt + c(q, q_t) = forces follow from the principle of virtual power,
- * so that a locked strain is one without modes. Points are Gauss', rotations those of Magnus'
- * expansion of order 6. All sums go once from the start to the tip and once back; derivatives of
- * the equations are exact ones of what is computed, but for the turn between points (order 6).
+ * so that a locked strain is one without modes. Where the other end is held, too, slides or is
+ * driven, reactions are unknowns beside the accelerations (modes_end.c). Points are Gauss',
+ * rotations those of Magnus' expansion of order 6. All sums go once from the start to the tip and
+ * once back; derivatives of the equations are exact ones of what is computed, but for the turn
+ * between points (order 6).
  *
  * Numbers are dimensionless as in rod_model.h; the modes of u are by 1/L. */
 #ifndef PHYSICS_CHAIN_MODES_H
@@ -44,7 +46,7 @@ ad_status modes_create(solve_rod *rod, const solve_parameters *open, const modes
                        int finer, modes **result, ad_error *error);
 void modes_free(modes *m);
 
-int modes_size(const modes *m); /* of q; the state is q, q_t */
+int modes_size(const modes *m); /* of q, reactions of a held end among it; the state is q, q_t */
 
 /* q, v [size] of the state that the scene starts from, with the present inputs; what modes cannot
  * say of it is left out. AD_NOT_FINITE; AD_NO_MEMORY, errors of formulas. */

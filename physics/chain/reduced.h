@@ -74,7 +74,7 @@ ad_status reduced_settle(reduced_rod *rod, double t, const double *inputs, doubl
                          ad_error *error);
 
 /* rate [states] = d state/dt; by_state [states][states], by_inputs [states][inputs], row by row:
- * its derivatives, or NULL. */
+ * its derivatives, or NULL. AD_BAD_ARGUMENT: the end of the rod is held. */
 ad_status reduced_rate(reduced_rod *rod, double t, const double *state, const double *inputs,
                        double *rate, double *by_state, double *by_inputs, ad_error *error);
 

@@ -130,7 +130,8 @@ static ad_status begin(modes_solution *solution, const solve_settings *settings,
     return status;
 }
 
-/* Whether a held end has run into what its modes hardly give way to, or not at all. */
+/* Whether modes move a held end in some direction by less than a thousandth of what they move it by
+ * in another, if at all: a rod that does not stretch is all but straight. */
 static bool is_stuck(const modes_solution *solution, double t, const double *q, const double *v)
 {
     modes *m = solution->m;
