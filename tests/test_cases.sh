@@ -40,14 +40,14 @@ same <(cut -d, -f1-7,9- a/cases.csv) <(cut -d, -f1-7,9- b/cases.csv)
 # ---- those without an answer -------------------------------------------------------------------
 
 cat >refused.yaml <<'END'
-rod: {model: kirchhoff, length: 1, stiffness: {bending: [1, 1], torsion: 1}, inertia: {mass_per_length: 1, rotary: [0, 0, 0]}}
+rod: {model: cosserat, length: 1, stiffness: {bending: [1, 1], torsion: 1, shear: [9, 9], axial: 9}, inertia: {mass_per_length: 1, rotary: [0, 0, 0]}}
 time: {duration: 1}
 boundary: {start: {type: clamped}}
 END
 # Steps without end: what there is counts when the time is up.
 sed 's/^ *steps: 5000$/      steps: 1000000000/' "$ROOT/configs/elastica_deep.yaml" >endless.yaml
 run 1 cpinn-cases refused.yaml endless.yaml --threads 1 --seconds 2
-said stdout.txt '^ +refused \(no_method\): .*: method collocation of a motion does not take a rod without shear and rotary inertia'
+said stdout.txt '^ +refused \(no_method\): .*: method collocation of a motion does not take a rod that shears without rotary inertia'
 said stdout.txt '^endless +mixed form by a network +[0-9.]+e'
 said stdout.txt '^ +out of time \(time_limit\): stopped after 2 s$'
 

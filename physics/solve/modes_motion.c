@@ -336,7 +336,10 @@ static void take_report(const refined *at, solve_report *report)
     report->nodes = solution->m->points - solution->m->hinges * (solution->m->stages + 1);
     report->time = 1;
     report->mode_count = solution->m->end.first;
-    memcpy(report->modes, solution->m->counts.of, sizeof report->modes);
+    for (int a = 0; a < solution->m->end.first; a++) { /* a locked strain has none */
+        const int c = solution->m->mode[a].strain;
+        report->modes[c] = solution->m->counts.of[c];
+    }
 }
 
 static ad_status refine(refined *at, const solve_settings *settings, solve_report *report,
@@ -371,8 +374,10 @@ static ad_status refine(refined *at, const solve_settings *settings, solve_repor
             }
         }
         tolerance = fmax(tolerance / 10, 0.1 * settings->tolerance);
-        if (!add_modes(at->best, settings->tolerance, &counts) ||
-            at->work + 4 * (at->work - before) > WORK_MOST) {
+        modes_counts next = counts;
+        const bool more = add_modes(at->best, settings->tolerance, &next);
+        counts = more ? next : counts; /* of a rod at rest the same tell that it is */
+        if ((!more && i > 0) || at->work + 4 * (at->work - before) > WORK_MOST) {
             break;
         }
     }

@@ -168,10 +168,17 @@ motion_power motion_power_now(motion *m)
 
 /* ---- samples ------------------------------------------------------------------------------- */
 
+/* The spring in the place of a lock rings about what the rod carries. */
+static bool is_locked(const solve_section *made, int strain)
+{
+    return !(made->stiffness[strain] > 0);
+}
+
 static void sample_node(const motion *m, int element, int k, double scale, solve_state *to)
 {
     size_t node = (size_t)element * m->degree + k;
     const motion_block *at = motion_block_of(m, element, k);
+    const solve_section *made = &m->made[element * (m->degree + 1) + k];
     const double *frame = motion_frame_of(m, element, k);
     const int lane = k % LANES;
     double q[4], spin[3], R[3][3];
@@ -191,8 +198,9 @@ static void sample_node(const motion *m, int element, int k, double scale, solve
         to->spin[i] += scale * spin[i];
         to->strain[i] += scale * at->strain[i][lane];
         to->curvature[i] += scale * at->strain[MOTION_U + i][lane];
-        to->force[i] += scale * at->stress[i][lane];
-        to->moment[i] += scale * at->stress[MOTION_U + i][lane];
+        to->force[i] += is_locked(made, i) ? NAN : scale * at->stress[i][lane];
+        to->moment[i] +=
+            is_locked(made, MOTION_U + i) ? NAN : scale * at->stress[MOTION_U + i][lane];
     }
 }
 

@@ -32,15 +32,24 @@ struct solution {
  * loads, against shooting). */
 static const double ROUNDING = 1e-13, BEAM_ROUNDING = 1e-14;
 
+/* Nodes hold locked strains by springs, which ring, so that they do not tell the forces there. */
+static bool moves_by_modes(const scene *rod_scene)
+{
+    ad_error unused;
+    return scene_has_rubbing_tendons(rod_scene) ||
+           (scene_locks_somewhere(rod_scene) &&
+            support_check(rod_scene, SUPPORT_MODES, NULL, &unused) == AD_OK);
+}
+
 solve_settings solve_settings_default(const scene *rod_scene)
 {
     bool hard = scene_is_dynamic(rod_scene) && !scene_is_beam(rod_scene);
     bool stiff = hard && scene_locks_strains(rod_scene);
-    return (solve_settings){
-        .tolerance = stiff  ? 1e-4
-                     : hard ? 1e-6
-                            : 1e-10,
-        .method = hard && scene_has_rubbing_tendons(rod_scene) ? SOLVE_MODES : SOLVE_COLLOCATION};
+    return (solve_settings){.tolerance = stiff  ? 1e-4
+                                         : hard ? 1e-6
+                                                : 1e-10,
+                            .method = hard && moves_by_modes(rod_scene) ? SOLVE_MODES
+                                                                        : SOLVE_COLLOCATION};
 }
 
 const char *const *solve_method_names(void)

@@ -65,7 +65,9 @@ typedef struct solve_settings {
     int branch; /* rods at rest: at the so many-th bifurcation, leave the path that continues
                  * the unstressed rod for the one that crosses it; 0: never */
     solve_method method; /* rods at rest, modes in motion; of other scenes collocation alone. By
-                          * default modes where tendons rub in motion */
+                          * default modes where tendons rub in motion, and where strains are
+                          * locked and modes take the scene: forces of locked strains of a rod in
+                          * motion are NaN by collocation */
     int modes[4];        /* of SOLVE_MODES: of bending, twist, stretch, shear, each direction and
                           * piece, without refinement; all 0: as many as the tolerance asks for */
     solve_shape *guess;  /* rods at rest: a shape next to which an equilibrium is sought, by */

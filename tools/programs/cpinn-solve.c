@@ -315,7 +315,7 @@ static ad_status prepare(solving *solving, ad_error *error)
         solving->asked.tolerance = usual.tolerance;
     }
     if (!o->method_name) {
-        solving->asked.method = usual.method;
+        solving->asked.method = o->nodes > 0 ? SOLVE_COLLOCATION : usual.method;
     }
     status = samples_choose(&solving->grid, &o->where, NULL, solving->scene,
                             scene_duration(solving->scene), error);

@@ -178,6 +178,9 @@ static ad_status solve(const request *r, reference_solution *about, ad_error *er
     bool dynamic = scene_is_dynamic(rod_scene);
     solve_settings asked = solve_settings_default(rod_scene);
     asked.tolerance = r->e->settings->reference_tolerance;
+    if (!scene_has_rubbing_tendons(rod_scene)) {
+        asked.method = SOLVE_COLLOCATION; /* networks of strain modes are judged by another form */
+    }
     solution *solved = NULL;
     ad_error why;
     ad_status status = solution_create(rod_scene, &asked, dynamic ? r->points : 0,
