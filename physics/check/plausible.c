@@ -2,6 +2,7 @@
 
 #include "physics/numerics/constants.h"
 #include "physics/numerics/sort.h"
+#include "physics/numerics/vector_size.h"
 #include "physics/rod/rod.h"
 #include "physics/scene/scene_field.h"
 
@@ -210,7 +211,7 @@ static void check_turn(scene_warnings *all, const scene *rod_scene)
 {
     double turn[3];
     if (rod_turn_is_doubtful(rod_scene, turn)) {
-        double size = sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2]);
+        double size = vector_length(turn);
         warn(all,
              "boundary.end.rotation: is taken as a turn of %.4g degrees about (%.3g, %.3g, %.3g); "
              "rotation_vector says others",

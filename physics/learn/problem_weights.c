@@ -2,6 +2,8 @@
  * problem.h. */
 #include "physics/learn/problem_internal.h"
 
+#include "physics/numerics/vector_size.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -143,15 +145,6 @@ double problem_causal_least_weight(const problem *p)
 
 /* ---- balanced -------------------------------------------------------------------------------- */
 
-static double length_of(const double *x, size_t count)
-{
-    double sum = 0;
-    for (size_t i = 0; i < count; i++) {
-        sum += x[i] * x[i];
-    }
-    return sqrt(sum);
-}
-
 /* b_i = sum_j |g_j| / |g_i|; the first time as it is, then with memory. */
 static ad_status balance(problem *p, const double *x, ad_error *error)
 {
@@ -162,7 +155,7 @@ static ad_status balance(problem *p, const double *x, ad_error *error)
         if (status != AD_OK) {
             return status;
         }
-        norms[i] = p->terms[i]->weight * length_of(p->scratch, p->parameters);
+        norms[i] = p->terms[i]->weight * sqrt(vector_square(p->parameters, p->scratch));
         sum += norms[i];
     }
     if (!isfinite(sum)) {

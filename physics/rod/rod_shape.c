@@ -3,6 +3,7 @@
  * tape can differentiate. Each piece of the rod by itself, so that jumps cost nothing. */
 #include "physics/numerics/constants.h"
 #include "physics/numerics/quaternion.h"
+#include "physics/numerics/vector_size.h"
 #include "physics/rod/rod_internal.h"
 #include "physics/scene/breaks.h"
 
@@ -72,7 +73,7 @@ static void shape_advance(shape_pose *pose, const shape_twist *twist)
 static void shape_turn(shape_pose *pose, const shape_twist *twist)
 {
     const double *u = twist->u;
-    int steps = 1 + (int)fmin(sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2]), 1e6);
+    int steps = 1 + (int)fmin(vector_length(u), 1e6);
     shape_twist part;
     for (int i = 0; i < 3; i++) {
         part.u[i] = u[i] / steps;
@@ -413,7 +414,7 @@ void rod_shape_upright(const scene *rod_scene, double q[4])
     } else if (size > 0) { /* half a turn about anything across */
         double across[3] = {fabs(rest[0]) < fabs(rest[1]), fabs(rest[0]) >= fabs(rest[1]), 0};
         vector_cross(rest, across, side);
-        double norm = sqrt(side[0] * side[0] + side[1] * side[1] + side[2] * side[2]);
+        double norm = vector_length(side);
         q[0] = 0;
         for (int i = 0; i < 3; i++) {
             q[i + 1] = side[i] / norm;

@@ -1,5 +1,6 @@
 #include "physics/check/plausible.h"
 #include "physics/numerics/constants.h"
+#include "physics/numerics/vector_size.h"
 #include "physics/rod/rod.h"
 #include "physics/solve/solve.h"
 #include "physics/solve/stability.h"
@@ -292,7 +293,7 @@ void solution_verdict(const solution *solution, const scene *rod_scene,
     scene_judge_sizes(rod_scene, result);
     double turn[3];
     if (rod_turn_is_doubtful(rod_scene, turn)) {
-        double size = sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2]);
+        double size = vector_length(turn);
         verdict_add(result, VERDICT_END_TURN,
                     "boundary.end.rotation is taken as a turn of %.4g degrees about (%.3g, %.3g, "
                     "%.3g) from where the unstressed rod ends; for another way round give "

@@ -1,6 +1,7 @@
 #include "physics/solve/static_path.h"
 
 #include "physics/numerics/quaternion.h"
+#include "physics/numerics/vector_size.h"
 #include "physics/solve/static_survey.h"
 
 #include <math.h>
@@ -30,11 +31,6 @@ static const double SOFT = 0.02;
 
 enum { SAMPLES = 33 }; /* of what actuators pull */
 
-static double norm(const double *x)
-{
-    return sqrt(vector_dot(x, x));
-}
-
 /* By how much a rotation vector, and the twist, turn the end that is held; rad. */
 static double held_turn(const solve_rod *rod)
 {
@@ -43,7 +39,7 @@ static double held_turn(const solve_rod *rod)
     for (int i = 0; i < 3 && rod->ends[1].holds_rotation && given[i].is_given; i++) {
         vector[i] = quantity_value(given[i], scene_length(&rod->scene), 0);
     }
-    return norm(vector) + fabs(static_twist(rod));
+    return vector_length(vector) + fabs(static_twist(rod));
 }
 
 /* What acts at single places. */
@@ -104,8 +100,8 @@ static ad_status measure(const solve_rod *rod, path_shape *path, ad_error *error
         solve_end_state at;
         status = solve_rod_end(rod, end, 0, &at, error);
         const scene_hold *hold = &rod->ends[end].hold;
-        force = fmax(force, hold->directions == 3 ? 0 : norm(at.force));
-        moment = fmax(moment, rod->ends[end].holds_rotation ? 0 : norm(at.moment));
+        force = fmax(force, hold->directions == 3 ? 0 : vector_length(at.force));
+        moment = fmax(moment, rod->ends[end].holds_rotation ? 0 : vector_length(at.moment));
         held += hold->directions > 0;
     }
     single_loads single;

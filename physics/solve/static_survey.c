@@ -1,15 +1,11 @@
 #include "physics/solve/static_survey.h"
 
 #include "physics/numerics/quaternion.h"
+#include "physics/numerics/vector_size.h"
 
 #include <math.h>
 
 enum { SAMPLES = 33, POWERS = 3 };
-
-static double norm(const double *x)
-{
-    return sqrt(vector_dot(x, x));
-}
 
 static bool is_round(const solve_section *section)
 {
@@ -28,7 +24,8 @@ static void add_point(sums *sum, double lever, double weight, const solve_sectio
                       const solve_rest *rest, const acting_size *load)
 {
     static_survey *to = &sum->result;
-    double curvature = norm(rest->curvature), sideways = hypot(rest->strain[0], rest->strain[1]);
+    double curvature = vector_length(rest->curvature),
+           sideways = hypot(rest->strain[0], rest->strain[1]);
     const double *bends = section->compliance + 3;
     for (int power = 0; power < POWERS; power++) {
         sum->bent[power] += weight * (pow(lever, power) * fmax(bends[0], bends[1]));

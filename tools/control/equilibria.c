@@ -1,5 +1,6 @@
 #include "tools/control/equilibria.h"
 
+#include "physics/numerics/vector_size.h"
 #include "tools/control/qp.h"
 #include "tools/control/small_matrix.h"
 #include "tools/control/task.h"
@@ -238,15 +239,6 @@ static ad_status reach(equilibria *equilibria, const double target[3], int rows,
 
 /* ---- tasks --------------------------------------------------------------------------------- */
 
-static double square(int n, const double *x)
-{
-    double sum = 0;
-    for (int k = 0; k < n; k++) {
-        sum += x[k] * x[k];
-    }
-    return sum;
-}
-
 /* Of a circle or an eight, around once. */
 static ad_status points_around(const control_task *task, double points[POINTS_ON_PATH][3],
                                ad_error *error)
@@ -313,7 +305,7 @@ static ad_status place_plane(equilibria *equilibria, control_task *task, ad_erro
     if (status == AD_OK && open) {
         memcpy(task->centre, middle.position, sizeof task->centre);
     }
-    const double size = sqrt(square(3, task->normal));
+    const double size = vector_length(task->normal);
     for (int k = 0; k < 3; k++) {
         task->normal[k] /= size;
     }
@@ -374,7 +366,7 @@ ad_status equilibria_place_task(equilibria *equilibria, control_task *task, equi
     for (; status == AD_OK && judged_at(&alone, path, count, &t); count++) {
         task_path_at(path, t, point);
         status = reach(equilibria, point, 3, world, inputs, off, error);
-        const double size = square(3, off);
+        const double size = vector_dot(off, off);
         sum += size;
         held += count % ways == 0 ? size : 0;
         found->worst = fmax(found->worst, sqrt(size));

@@ -1,6 +1,7 @@
 #include "tools/control/task.h"
 
 #include "physics/numerics/sort.h"
+#include "physics/numerics/vector_size.h"
 #include "tools/files/table_file.h"
 
 #include <math.h>
@@ -25,7 +26,7 @@ static double blend(double x)
 
 void task_plane(const double normal[3], double across[2][3])
 {
-    const double size = sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
+    const double size = vector_length(normal);
     const double n[3] = {normal[0] / size, normal[1] / size, normal[2] / size};
     const int axis = fabs(n[0]) < 0.9 ? 0 : 1;
     const double left = sqrt(1 - n[axis] * n[axis]);

@@ -1,6 +1,8 @@
 /* What the self-test of an exported loop compares with: the loop on its own model. */
 #include "tools/emit/export_loop.h"
 
+#include "physics/numerics/vector_size.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -102,8 +104,7 @@ static const double *wish(recorder *r, int k, double *path)
     const controller_settings *c = &r->to->settings->controller;
     const int v = c->observation.values;
     const double *place = r->place;
-    const double size =
-        0.03 * sqrt(place[0] * place[0] + place[1] * place[1] + place[2] * place[2]);
+    const double size = 0.03 * vector_length(place);
     for (int i = 0; i < c->horizon; i++) {
         const double turn = 0.1 * (k + i);
         const double off[3] = {size * sin(turn), size * (1 - cos(turn)), 0};

@@ -1,7 +1,7 @@
 #include "tools/environment/environment.h"
 
 #include "physics/numerics/triangle.h"
-#include "physics/numerics/vector.h"
+#include "physics/numerics/vector_size.h"
 
 #include <embree3/rtcore.h>
 #include <float.h>
@@ -30,11 +30,6 @@ static void corners_of(const surface *of, size_t triangle, const double *corners
     }
 }
 
-static double norm(const double v[3])
-{
-    return sqrt(vector_dot(v, v));
-}
-
 static void unit_normal(const surface *of, size_t triangle, double normal[3])
 {
     const double *c[3];
@@ -45,7 +40,7 @@ static void unit_normal(const surface *of, size_t triangle, double normal[3])
         other[i] = c[2][i] - c[0][i];
     }
     vector_cross(one, other, normal);
-    const double length = norm(normal);
+    const double length = vector_length(normal);
     for (int i = 0; i < 3; i++) {
         normal[i] /= length;
     }
@@ -59,7 +54,7 @@ static double angle_at(const double *const corners[3], int k)
         b[i] = corners[(k + 2) % 3][i] - corners[k][i];
     }
     vector_cross(a, b, normal);
-    return atan2(norm(normal), vector_dot(a, b));
+    return atan2(vector_length(normal), vector_dot(a, b));
 }
 
 static void find_normals(environment *e)
@@ -257,7 +252,7 @@ double environment_slope(const environment *of, const double p[3], double slope[
     const bool by_normal = touches || (s.part == TRIANGLE_WITHIN && of->sign != 0);
     if (by_normal && of->sign != 0) {
         find_normal(&s, normal);
-        over = of->sign / norm(normal);
+        over = of->sign / vector_length(normal);
     }
     for (int i = 0; i < 3; i++) {
         slope[i] = by_normal ? over * normal[i] : (p[i] - s.nearest[i]) / distance;
@@ -274,7 +269,7 @@ static search search_line(const environment *of, const double a[3], const double
         middle[i] = (a[i] + b[i]) / 2;
         along[i] = (b[i] - a[i]) / 2;
     }
-    return (search){.e = of, .a = a, .b = b, .best = best, .further = norm(along)};
+    return (search){.e = of, .a = a, .b = b, .best = best, .further = vector_length(along)};
 }
 
 double environment_segment(const environment *of, const double a[3], const double b[3],
@@ -310,7 +305,7 @@ double environment_winding(const environment *of, const double p[3])
             for (int i = 0; i < 3; i++) {
                 to[k][i] = corners[k][i] - p[i];
             }
-            length[k] = norm(to[k]);
+            length[k] = vector_length(to[k]);
         }
         double normal[3];
         vector_cross(to[1], to[2], normal);

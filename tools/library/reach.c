@@ -4,6 +4,7 @@
 #include "nn/rng.h"
 #include "optim/seek.h"
 #include "physics/numerics/quaternion.h"
+#include "physics/numerics/vector_size.h"
 #include "tools/library/trained_family.h"
 
 #include <math.h>
@@ -153,10 +154,8 @@ static void go_on(const reaching *r, size_t member, const double place[3], seeke
     const double *tip = r->values + member * r->width + tip_of(r);
     const double *by = r->jacobian + (member * r->width + tip_of(r)) * r->count;
     const double far = vector_distance(tip, place), bound = cpinn_family_bound(r->family, answer);
-    bool there = answer->trusted && isfinite(far) && isfinite(bound);
-    for (size_t k = 0; k < 3 * r->count; k++) {
-        there = there && isfinite(by[k]);
-    }
+    const bool there =
+        answer->trusted && isfinite(far) && isfinite(bound) && vector_is_finite(3 * r->count, by);
     if (there && far + bound < result->distance + result->bound) {
         *result = (cpinn_reached){far, bound, far + bound <= r->tolerance};
         memcpy(parameters, s->seek.next, r->count * sizeof *parameters);

@@ -3,6 +3,7 @@
 
 #include "autodiff/host.h"
 #include "autodiff/ranks.h"
+#include "physics/numerics/vector_size.h"
 #include "physics/scene/support.h"
 #include "tools/control/reduced_model.h"
 #include "tools/prepare/config_surrogate.h"
@@ -215,15 +216,6 @@ double cpinn_stepper_length(const cpinn_stepper *stepper)
 
 /* ---- stepping ------------------------------------------------------------------------------ */
 
-static bool all_finite(int count, const double *numbers)
-{
-    double sum = 0; /* not a number if any is none */
-    for (int i = 0; i < count; i++) {
-        sum += 0 * numbers[i];
-    }
-    return sum == 0;
-}
-
 static void take(const cpinn_stepper *stepper, const stepper_worker *worker, int members,
                  const double *states, const double *inputs, const double *after, double *next,
                  double *by_state, double *by_inputs)
@@ -236,7 +228,7 @@ static void take(const cpinn_stepper *stepper, const stepper_worker *worker, int
     }
     for (size_t i = 0; i < (size_t)members; i++) { /* which of them have none */
         double *to = next + i * n;
-        if (!all_finite(stepper->states, states + i * n) ||
+        if (!vector_is_finite(n, states + i * n) ||
             model->advance(model->context, 1, stepper->step, states + i * n, inputs + i * m,
                            after ? after + i * m : NULL, to, by_state ? by_state + i * n * n : NULL,
                            by_inputs ? by_inputs + i * n * m : NULL)) {

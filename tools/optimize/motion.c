@@ -1,5 +1,7 @@
 #include "tools/optimize/motion_parts.h"
 
+#include "physics/numerics/vector_size.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -255,12 +257,8 @@ bool motion_evaluate(void *of, const double *x)
         }
     }
     put_objective(o, x);
-    bool finite = isfinite(o->value);
-    for (size_t i = 0; i < o->m; i++) {
-        finite = finite && isfinite(o->row[i]);
-    }
-    o->there = finite;
-    return finite;
+    o->there = isfinite(o->value) && vector_is_finite(o->m, o->row);
+    return o->there;
 }
 
 /* Places of the derivatives of a row: by so many variables from the first on, behind those of the

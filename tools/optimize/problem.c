@@ -1,5 +1,6 @@
 /* The problem as IPOPT sees it: an objective and rows of constraints by variables z, with their
  * derivatives. */
+#include "physics/numerics/vector_size.h"
 #include "tools/optimize/descent.h"
 #include "tools/optimize/optimize_parts.h"
 
@@ -215,15 +216,6 @@ static void skip_rows(optimization *o, size_t e, size_t *row, size_t *entry)
     *entry += rows * width + topped;
 }
 
-static bool all_finite(size_t count, const double *x)
-{
-    bool finite = true;
-    for (size_t i = 0; i < count; i++) {
-        finite = finite && isfinite(x[i]);
-    }
-    return finite;
-}
-
 /* What formulas have beside shapes, where one has it. */
 static ad_status find_margins(optimization *o, bool slopes)
 {
@@ -271,8 +263,8 @@ static bool find(optimization *o, const double *x, bool slopes)
         }
         all = all && o->is_solved[e];
     }
-    o->solved = all && isfinite(o->value) && all_finite(o->n, o->gradient) &&
-                all_finite(o->m, o->row) && (!slopes || all_finite(o->nonzeros, o->by));
+    o->solved = all && isfinite(o->value) && vector_is_finite(o->n, o->gradient) &&
+                vector_is_finite(o->m, o->row) && (!slopes || vector_is_finite(o->nonzeros, o->by));
     return o->solved;
 }
 

@@ -2,8 +2,7 @@
 
 #include "autodiff/memory.h"
 #include "physics/numerics/sampling.h"
-#include "tools/train/judged.h"
-#include "tools/train/judged_rows.h"
+#include "physics/numerics/vector_size.h"
 #include "tools/train/least_squares.h"
 
 #include <math.h>
@@ -112,7 +111,7 @@ static int evaluate(search *search, const double *y, double *value)
         search->all.y[i] = y[i];
     }
     const ad_status status = run(search, search->all.easy != 0, 1, z, search->r, &search->error);
-    *value = measured_square(search->n, search->r);
+    *value = vector_square(search->n, search->r);
     return status != AD_OK    ? OPTIM_OBJECTIVE_STOP
            : isfinite(*value) ? OPTIM_OBJECTIVE_OK
                               : OPTIM_OBJECTIVE_NOT_FINITE;
@@ -145,7 +144,7 @@ static int differentiate(search *search, const double *z)
     for (size_t i = 0; i < (size_t)search->count * n; i++) {
         search->j[i] *= scene_parameter_slope(&unknown[i / n], values[i / n]);
     }
-    return isfinite(measured_square((size_t)search->count * n, search->j))
+    return isfinite(vector_square((size_t)search->count * n, search->j))
                ? OPTIM_OBJECTIVE_OK
                : OPTIM_OBJECTIVE_NOT_FINITE;
 }
@@ -183,7 +182,7 @@ static int sum(void *context, const double *y, double *value, least_squares *to)
     }
     code = code == OPTIM_OBJECTIVE_OK ? differentiate(search, z) : code;
     if (code == OPTIM_OBJECTIVE_OK) {
-        *value = measured_square(search->n, search->r);
+        *value = vector_square(search->n, search->r);
         multiply(search, slope);
     }
     return code;
@@ -336,7 +335,7 @@ static ad_status try_starts(search *search, starts *all, ad_error *error)
     const bool rough = isfinite(all->end[0].chi_squared);
     status = status == AD_OK ? run(search, rough, (size_t)n, z, residuals, error) : status;
     for (int k = 0; status == AD_OK && k < n; k++) {
-        const double sum = measured_square(search->n, residuals + (size_t)k * search->n);
+        const double sum = vector_square(search->n, residuals + (size_t)k * search->n);
         all->chi_squared[k] = isfinite(sum) ? sum : INFINITY;
     }
     free(residuals);
@@ -574,7 +573,7 @@ static ad_status conclude(search *search, identified *result, ad_error *error)
     }
     multiply(search, NULL);
     values_of(search, z, result->value);
-    result->chi_squared = measured_square(search->n, search->r);
+    result->chi_squared = vector_square(search->n, search->r);
     const double freedom = (double)search->n - free_unknowns;
     result->noise_factor =
         search->noise_is_scaled && freedom > 0 ? sqrt(result->chi_squared / freedom) : 1;

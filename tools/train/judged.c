@@ -1,6 +1,7 @@
 #include "tools/train/judged.h"
 
 #include "physics/numerics/sort.h"
+#include "physics/numerics/vector_size.h"
 #include "tools/train/judged_rows.h"
 
 #include <math.h>
@@ -14,15 +15,6 @@ static size_t most_of(const scene *open, const solve_measured *set)
         most = count > most ? count : most;
     }
     return most;
-}
-
-double measured_square(size_t count, const double *residuals)
-{
-    double sum = 0;
-    for (size_t i = 0; i < count; i++) {
-        sum += residuals[i] * residuals[i];
-    }
-    return sum;
 }
 
 const char *measured_how(const scene *open, bool held_out)
@@ -56,7 +48,7 @@ static size_t judge_set(const scene *open, const solve_measured *set, const doub
     size_t rows = 0;
     for (size_t row = 0; row < set->rows; row++) {
         const size_t count = solve_measured_residuals(open, set, row);
-        const double square = measured_square(count, residuals + result->numbers);
+        const double square = vector_square(count, residuals + result->numbers);
         result->numbers += count;
         result->chi_squared += square;
         result->unsolved += isnan(square) != 0;

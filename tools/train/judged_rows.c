@@ -1,6 +1,7 @@
 #include "tools/train/judged_rows.h"
 
 #include "autodiff/memory.h"
+#include "physics/numerics/vector_size.h"
 #include "tools/files/file_bytes.h"
 
 #include <ctype.h>
@@ -86,7 +87,7 @@ static size_t put_columns(filling *to, const solve_measured *set, size_t row,
         to->columns[at + to->rows] = is_told ? measured + *r++ * set->noise[c] : NAN;
         to->used[set->column[c]] = true;
     }
-    to->distance[to->row] = set->noise[0] * sqrt(measured_square(count, residuals));
+    to->distance[to->row] = set->noise[0] * sqrt(vector_square(count, residuals));
     return count;
 }
 

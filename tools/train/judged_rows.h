@@ -16,8 +16,6 @@ typedef struct judged_found {
     measured_poses *poses; /* NULL: no rows are wanted */
 } judged_found;
 
-double measured_square(size_t count, const double *residuals);
-
 /* residuals: of all rows, then of the points of shapes. AD_NO_MEMORY. */
 ad_status measured_rows_create(const judged_found *found, const double *residuals,
                                judged_rows **result, ad_error *error);

@@ -1,5 +1,6 @@
 /* The reference of a file: positions and, where it knows them, rotations at points of its own. */
 #include "physics/check/plausible.h"
+#include "physics/numerics/vector_size.h"
 #include "tools/files/table_file.h"
 #include "tools/train/reference_internal.h"
 
@@ -96,15 +97,6 @@ static ad_status check_positions(const scene *of, const char *path, const file_c
     return implausible ? ad_fail(error, AD_BAD_INPUT, "%s: %s", path, text) : AD_OK;
 }
 
-static bool has_pose(const reference *r, const double pose[REFERENCE_POSE])
-{
-    bool has = true;
-    for (size_t k = 0; k < r->pose; k++) {
-        has = has && isfinite(pose[k]);
-    }
-    return has;
-}
-
 /* Points outside the scene, and those without a number, are passed over; the arrays have room for
  * every row. */
 static ad_status take_rows(reference *r, const char *path, const file_columns *columns, size_t rows,
@@ -121,7 +113,7 @@ static ad_status take_rows(reference *r, const char *path, const file_columns *c
         for (size_t k = 0; k < r->pose; k++) {
             pose[k] = columns->pose[k] ? columns->pose[k][i] : 0;
         }
-        if (!has_pose(r, pose)) {
+        if (!vector_is_finite(r->pose, pose)) {
             continue;
         }
         if (r->rotations && is_quaternion && !normalized(pose + positions)) {
