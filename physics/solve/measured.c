@@ -326,6 +326,16 @@ static double choose_tolerance(const solve_trials *trials, int sets, const solve
     return fmax(tolerance, LEAST);
 }
 
+static void find_modes(solve_trials *trials)
+{
+    scene middle;
+    scene_middle(&trials->open, &middle);
+    trials->moves =
+        trials->row[trials->rows - 1].inputs ||
+        (scene_is_dynamic(&middle) && solve_settings_default(&middle).method == SOLVE_MODES);
+    memcpy(trials->modes, trials->row[0].set->modes, sizeof trials->modes);
+}
+
 ad_status solve_trials_create(const scene *open, int sets, const solve_measured *measured,
                               double tolerance, int threads, solve_trials **result, ad_error *error)
 {
@@ -356,6 +366,9 @@ ad_status solve_trials_create(const scene *open, int sets, const solve_measured 
     if (status == AD_OK && scene_is_dynamic(open) && !scene_is_beam(open)) {
         AD_TAKE(trials, nodes, trials->experiments);
         status = trials->nodes ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for nodes");
+    }
+    if (status == AD_OK) {
+        find_modes(trials);
     }
     status = status == AD_OK ? find_places(trials, error) : status;
     status = status == AD_OK ? solve_trials_record(trials, 0, error) : status;
@@ -499,7 +512,7 @@ static ad_status solve_one(solve_trials *trials, size_t experiment, int thread,
         solve_settings settings = solve_settings_default(&member);
         settings.tolerance = trials->tolerance;
         if (settings.method == SOLVE_MODES) {
-            memcpy(settings.modes, TRIALS_MODES, sizeof settings.modes);
+            solve_trials_modes(trials, settings.modes);
         } else if (trials->nodes && trials->nodes[experiment] > 0) {
             settings.nodes = (int)trials->nodes[experiment];
             settings.tolerance *= trials->rough ? 1 : STEPS_OF_TIME;

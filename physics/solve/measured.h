@@ -30,6 +30,7 @@ typedef struct solve_measured {
     const double *values;              /* [columns][rows]; NaN: missing, and does not count */
     const solve_inputs *const *inputs; /* [rows] over time, NULL: none of a row; NULL: of none */
     const double *weight;              /* [rows] of their squares; NULL: 1 */
+    int modes[4];           /* of motions by modes, the same of all sets; all 0: the usual ones */
     const scene_view *view; /* of positions and rotations in space, of which all columns are there;
                              * its delay of any quantity. NULL: they are those of the axis */
     /* Of inputs with a memory: known values of all that was commanded from the beginning on, as
@@ -108,8 +109,8 @@ ad_status solve_trials_differentiate(solve_trials *trials, const double *values,
                                      const double *residuals, double *room, double *jacobian,
                                      size_t *solved, ad_error *error);
 
-/* Of motions with inputs over time: by how much residuals change, rms, where the reduced rod has
- * two modes more of each that it has; 0: there are none of these. Later runs have them, too. NaN:
+/* Of motions by modes: by how much residuals change, rms, where there are two more of each that
+ * there are any of; 0: there are no such motions. Later runs have them, too. NaN:
  * no solution with them. */
 ad_status solve_trials_reduction(solve_trials *trials, const double *values, double *rms,
                                  ad_error *error);

@@ -28,20 +28,25 @@ static ad_status check(const scene *open, ad_error *error)
                                      key, reason.message);
 }
 
-ad_status solve_trials_record(solve_trials *trials, int more, ad_error *error)
+void solve_trials_modes(const solve_trials *trials, int modes[4])
 {
-    const solve_inputs *inputs = trials->row[trials->rows - 1].inputs;
-    int modes[4];
-    solve_trials_forget(trials);
-    if (!inputs) {
-        return AD_OK;
-    }
-    const int *asked = inputs->modes;
+    const int *asked = trials->modes;
     const bool any = asked[0] + asked[1] + asked[2] + asked[3] > 0;
     for (int k = 0; k < 4; k++) {
         modes[k] = any ? asked[k] : TRIALS_MODES[k];
-        modes[k] += modes[k] > 0 ? more : 0;
+        modes[k] += modes[k] > 0 ? trials->more : 0;
     }
+}
+
+ad_status solve_trials_record(solve_trials *trials, int more, ad_error *error)
+{
+    int modes[4];
+    trials->more = more;
+    solve_trials_forget(trials);
+    if (!trials->row[trials->rows - 1].inputs) {
+        return AD_OK;
+    }
+    solve_trials_modes(trials, modes);
     const int threads = ad_pool_threads(trials->pool);
     trials->recordings = calloc((size_t)threads, sizeof(solve_recording *));
     ad_status status = trials->recordings ? check(&trials->open, error)
@@ -176,10 +181,10 @@ ad_status solve_trials_reduction(solve_trials *trials, const double *values, dou
 {
     enum { MORE = 2 };
     const size_t count = trials->residuals;
-    double *room = trials->recordings ? malloc(2 * count * sizeof *room) : NULL, sum = 0;
+    double *room = trials->moves ? malloc(2 * count * sizeof *room) : NULL, sum = 0;
     *rms = 0;
     if (!room) {
-        return trials->recordings ? ad_fail(error, AD_NO_MEMORY, "out of memory") : AD_OK;
+        return trials->moves ? ad_fail(error, AD_NO_MEMORY, "out of memory") : AD_OK;
     }
     ad_status status = solve_trials_run(trials, 1, values, false, room, error);
     status = status == AD_OK ? solve_trials_record(trials, MORE, error) : status;

@@ -42,6 +42,8 @@ struct solve_trials {
     bool chooses;  /* these, where one trial is run */
     bool rough;    /* the run at hand */
     solve_members *members;       /* NULL: one by one */
+    bool moves;                   /* some motion is by modes, */
+    int modes[4], more;           /* by these and so many more of each */
     solve_recording **recordings; /* [threads of the pool]; NULL: there are none */
     size_t places;
     double *place;   /* [places] s, ascending, m */
@@ -84,9 +86,10 @@ void solve_trials_clear(const solve_trials *trials, size_t experiment, double *r
  * 1e-5 of the length (the last row of a table in physics/chain/reduced.h is the first). */
 static const int TRIALS_MODES[4] = {5, 3, 3, 2};
 
-/* Of motions with inputs over time, which come last: rods with so many modes more than they are
- * asked for, in place of those there are; and residuals of one of them, by a thread of the pool. */
+/* So many modes more from now on. Of motions with inputs over time, which come last: rods with
+ * them, in place of those there are; and residuals of one of them, by a thread of the pool. */
 ad_status solve_trials_record(solve_trials *trials, int more, ad_error *error);
+void solve_trials_modes(const solve_trials *trials, int modes[4]);
 void solve_trials_forget(solve_trials *trials);
 ad_status solve_trials_follow(solve_trials *trials, size_t experiment, int thread,
                               const double *parameters, double *residuals, ad_error *error);

@@ -17,7 +17,6 @@ typedef struct solve_inputs {
     const double *t;      /* [count] s, ascending, from 0 or less on */
     const double *values; /* [count][parameter_count of the scene] */
     uint64_t which;       /* a bit for each parameter that is an input */
-    int modes[4];         /* of the reduced rod, as reduced_settings has them */
 } solve_inputs;
 
 /* values [parameter_count] at a time: those given, and of inputs what was recorded, before the

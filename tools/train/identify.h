@@ -45,8 +45,8 @@ typedef struct identified {
     int steps;           /* of Gauss-Newton, of all starts */
     long solutions;      /* of experiments */
     bool converged;
-    double reduction; /* of recordings with inputs: by how much more modes change residuals, rms,
-                       * over the noise as it is scaled */
+    double reduction; /* of motions by modes: by how much more modes change residuals, rms, over
+                       * the noise as it is scaled */
     double held_by_equations; /* of a network: the part of what is known that residuals of the
                                * equations add to the measurements; 0: they are met exactly */
 } identified;

@@ -71,7 +71,9 @@ const solve_measured *measurements_sets(const measurements *measurements)
 
 void measurements_set_modes(measurements *measurements, const int modes[4])
 {
-    recorded_inputs_set_modes(measurements->recorded, modes);
+    for (int i = 0; i < measurements->count + measurements->held_out; i++) {
+        memcpy(measurements->set[i].modes, modes, sizeof measurements->set[i].modes);
+    }
 }
 
 ad_status measurements_take_squares(const train_settings *settings, char key[TRAIN_KEY_MAX],

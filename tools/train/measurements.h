@@ -31,7 +31,7 @@ ad_status measurements_take_squares(const train_settings *settings, char key[TRA
                                     ad_error *error);
 void measurements_free(measurements *measurements); /* NULL is allowed */
 
-/* Of the reduced rod by which motions under recorded inputs are followed. */
+/* By which motions are followed, where that is by modes. */
 void measurements_set_modes(measurements *measurements, const int modes[4]);
 
 int measurements_count(const measurements *measurements);          /* of sets that are fitted */

@@ -42,13 +42,6 @@ void recorded_inputs_free(recorded_inputs *x)
     free(x);
 }
 
-void recorded_inputs_set_modes(recorded_inputs *x, const int modes[4])
-{
-    for (recorded *r = x->first; r; r = r->next) {
-        memcpy(r->inputs.modes, modes, sizeof r->inputs.modes);
-    }
-}
-
 /* Which parameters vary over rows `from` to before `end`, whose times ascend; 0: none, or two
  * values at one time. */
 static uint64_t find_varying(const looking *l, size_t from, size_t end)

@@ -10,8 +10,6 @@
 typedef struct recorded_inputs recorded_inputs;
 
 ad_status recorded_inputs_create(recorded_inputs **result, ad_error *error); /* AD_NO_MEMORY */
-/* Of the rod by which motions are followed; 0: as reduced_settings has it. */
-void recorded_inputs_set_modes(recorded_inputs *inputs, const int modes[4]);
 void recorded_inputs_free(recorded_inputs *inputs); /* NULL is allowed */
 
 /* The recordings of a file, t [rows] s and known [parameters][rows], NULL of those that the file
