@@ -314,10 +314,10 @@ bool modes_end_hold(modes *m, const double *factor, const double missing[6], dou
     for (int k = 0; k < count; k++) {
         least = fmin(least, pow(matrix[k * count + k], 2));
     }
-    m->end.freedom = least / most;
-    if (!(m->end.freedom > NOTHING)) {
+    if (!(least > NOTHING * most)) {
         return false;
     }
+    m->end.freedom = least;
     modes_back(count, count, matrix, right);
     for (int k = 0; k < count; k++) {
         for (int a = 0; a < n; a++) {

@@ -202,8 +202,8 @@ struct modes {
         solve_end_state given;
         double spin[3], spin_rate[3]; /* of that, world */
         double reaction[6];           /* force and moment on the rod, world */
-        double freedom; /* of modes_end_hold: the least square of what modes move it by in a
-                         * direction, over the largest */
+        double freedom; /* of modes_end_hold: one over the mass that resists a force in the worst
+                         * direction; 0: nothing gives way there */
         double *faster; /* [6][width] velocity and spin of the tip by the modes */
         double *room;   /* [12][size] */
         int *free;      /* [size] */

@@ -25,9 +25,10 @@ struct modes_solution {
     solve_energy *energies; /* [times.given] */
     double initial;         /* energy */
     double may_be_off;      /* what a held end may be, over the length or in rad */
-    double *room;           /* [2][STATES][size] */
+    double *room;           /* [2 STATES + 1][size] */
     long steps;
     double work, reached;
+    bool is_stuck; /* a held end hardly gives way, at the time that was reached */
 };
 
 void modes_motion_free(modes_solution *solution)
@@ -67,7 +68,7 @@ static ad_status create(solve_rod *rod, const modes_counts *counts, int finer, s
     solution->states = calloc(STATES * count * size + 1, sizeof *solution->states);
     solution->all = calloc(count, sizeof *solution->all);
     solution->energies = calloc(given + 1, sizeof *solution->energies);
-    solution->room = calloc(2 * size * STATES + 1, sizeof *solution->room);
+    solution->room = calloc((2 * STATES + 1) * size + 1, sizeof *solution->room);
     return solution->states && solution->all && solution->energies && solution->room
                ? AD_OK
                : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu times", count);
@@ -86,6 +87,18 @@ static ad_status check_end(const modes_solution *solution, ad_error *error)
                          m->time * m->rod->scales.time, off);
 }
 
+/* Whether a held end is hard to move in some direction: the mass that resists there, over that of
+ * the rod, is above `most`. So it is where a rod that does not stretch is all but straight. At the
+ * present time. */
+static bool is_stuck(modes_solution *solution, const double *q, const double *v, double most)
+{
+    modes *m = solution->m;
+    double *a = solution->room + 2 * STATES * (size_t)m->size;
+    solution->is_stuck =
+        m->end.count > 0 && (!modes_accelerations(m, q, v, a) || m->end.freedom * most < 1);
+    return solution->is_stuck;
+}
+
 /* Where the rod is at one of the times, q [STATES][size], with `energy` as it is then. */
 static ad_status take(modes_solution *solution, size_t which, const double *q,
                       const solve_energy *energy, ad_error *error)
@@ -100,6 +113,9 @@ static ad_status take(modes_solution *solution, size_t which, const double *q,
     modes_stretch(solution->m, q + 2 * size);
     modes_shape(solution->m, q, q + size, NULL);
     status = check_end(solution, error);
+    if (status == AD_OK && is_stuck(solution, q, q + size, 1e6)) {
+        status = modes_end_fail(error);
+    }
     const solve_energy now = modes_energy_now(solution->m);
     const double before = solution->initial + energy->work - energy->dissipated;
     solution->all[which] = (solve_energy){now.kinetic, now.strain, energy->work, energy->dissipated,
@@ -128,17 +144,6 @@ static ad_status begin(modes_solution *solution, const solve_settings *settings,
         status = check_end(solution, error);
     }
     return status;
-}
-
-/* Whether modes move a held end in some direction by less than a thousandth of what they move it by
- * in another, if at all: a rod that does not stretch is all but straight. */
-static bool is_stuck(const modes_solution *solution, double t, const double *q, const double *v)
-{
-    modes *m = solution->m;
-    ad_error unused;
-    return m->end.count > 0 && modes_at(m, t, NULL, &unused) == AD_OK &&
-           (!modes_accelerations(m, q, v, solution->room + STATES * (size_t)m->size) ||
-            m->end.freedom < 1e-6);
 }
 
 /* Through all times, with a stop at each instant that no step may pass. */
@@ -173,7 +178,8 @@ static ad_status go(modes_solution *solution, const solve_settings *settings, do
             status = take(solution, next, at, &then, error);
         }
         solution->reached = status == AD_OK ? t : solution->reached;
-        if (status == AD_NOT_FINITE && is_stuck(solution, t, q, v)) {
+        if (status == AD_NOT_FINITE && modes_at(solution->m, t, NULL, error) == AD_OK &&
+            is_stuck(solution, q, v, 1e2)) {
             status = modes_end_fail(error);
         }
     }
@@ -221,6 +227,7 @@ typedef struct refined {
     modes_solution *best;
     solve_state *seen[2]; /* [fixed times][MOTION_COMPARED] of the last solutions, the best first */
     double work;
+    bool is_stuck; /* the last that was tried */
 } refined;
 
 /* What solutions together may cost, in operations: some 20 s. */
@@ -267,6 +274,7 @@ static ad_status solve_once(refined *at, const solve_settings *settings, const m
     }
     if (status != AD_OK) {
         report->time = next ? next->reached / at->rod->duration : 0;
+        at->is_stuck = next && next->is_stuck;
         modes_motion_free(next);
         return status;
     }
@@ -381,7 +389,7 @@ static ad_status refine(refined *at, const solve_settings *settings, solve_repor
             break;
         }
     }
-    if (status == AD_NOT_FINITE && at->best) { /* the last that came to an end */
+    if (status == AD_NOT_FINITE && at->best && !at->is_stuck) { /* the last that came to an end */
         status = AD_OK;
     }
     return status;
