@@ -125,7 +125,7 @@ judged 3 warning energy_out_of_balance cpinn-solve "$ROOT/configs/cases/travelli
 judged 1 stopped load_not_reached cpinn-solve column.yaml --out no.csv --set loads.tip=null \
     --set 'boundary.end={type: clamped, position: [0, 0, 0.6], rotation: [1, 0, 0, 0]}'
 check no result -- test ! -e no.csv
-judged 2 refused no_method cpinn-solve column.yaml --set time.duration=1 \
+judged 2 refused no_method cpinn-solve column.yaml --method collocation --set time.duration=1 \
     --set 'rod.inertia={mass_per_length: 1, rotary: [0, 0, 0]}'
 judged 2 refused bad_input cpinn-solve "$elastica" --set rod.lenth=1
 

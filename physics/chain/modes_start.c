@@ -482,6 +482,21 @@ ad_status modes_initial_settled(modes *m, const double *settled_at, const double
     return status;
 }
 
+/* What moves no mass, as twist without rotary inertia: its accelerations do nothing. */
+static void leave_massless(const modes *m, double *mass, double *right)
+{
+    const double nothing = 1e-14; /* of the largest: modes of degree k have some k^-4 of it */
+    double most = 0;
+    for (int a = 0; a < m->size; a++) {
+        most = fmax(most, mass[a * m->width + a]);
+    }
+    for (int a = 0; a < m->size; a++) {
+        if (mass[a * m->width + a] <= nothing * most) {
+            leave(m, a, mass, right);
+        }
+    }
+}
+
 bool modes_accelerations(modes *m, const double *q, const double *v, double *a)
 {
     const bool drives = m->feed.mode >= 0 || m->turn.mode >= 0;
@@ -508,6 +523,7 @@ bool modes_accelerations(modes *m, const double *q, const double *v, double *a)
     }
     leave_reactions(m, m->mass, a);
     leave_drives(m, m->mass, a);
+    leave_massless(m, m->mass, a);
     bool done = solve_positive(m, m->mass, a);
     if (m->end.count > 0 && done) {
         done = modes_end_hold(m, m->mass, missing, a, a + m->end.first);

@@ -86,6 +86,13 @@ ad_status config_experiment_create(config *settings, int threads, experiment **r
                              error);
 }
 
+ad_status config_experiment_without_network(config *settings, experiment **result, ad_error *error)
+{
+    const train_origin origin = config_origin(settings);
+    return experiment_without_network(&settings->scene, &settings->settings, &origin, result,
+                                      error);
+}
+
 ad_status config_session_prepare(config *settings, int threads, session *s, ad_error *error)
 {
     const train_origin origin = config_origin(settings);

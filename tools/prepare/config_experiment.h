@@ -14,6 +14,9 @@ train_origin config_origin(config *settings);
 ad_status config_experiment_create(config *settings, int threads, experiment **result,
                                    ad_error *error);
 
+/* experiment_without_network of what a file says; takes over `settings`, also when it fails. */
+ad_status config_experiment_without_network(config *settings, experiment **result, ad_error *error);
+
 /* Restore an experiment by itself from a checkpoint: DIR, DIR/checkpoint.h5 or any such file.
  * `overrides` as for config_read, of what a run may change (config_continues). *file (may be NULL)
  * receives the opened checkpoint. A reference file that is no longer there is no error: the

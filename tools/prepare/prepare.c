@@ -126,7 +126,13 @@ static ad_status choose(config *config, const void *context, ad_error *error)
 {
     const bool *is_robot = context;
     ad_status status = *is_robot ? AD_OK : check_start(config, error);
+    ad_error reason;
+    char key[TRAIN_KEY_MAX];
     train_close_compared(&config->settings, &config->scene);
+    if (status == AD_OK) {
+        status =
+            blame(config, train_check_data(&config->settings, key, &reason), key, &reason, error);
+    }
     if (status == AD_OK && surrogate_is_given(&config->surrogate)) {
         status = choose_surrogate(config, error);
     }

@@ -202,10 +202,7 @@ static ad_status open_reference(solving *solving, ad_error *error)
         return AD_OK;
     }
     solving->settings = NULL;
-    if (settings->settings.windows == 0) {
-        settings->settings.windows = 1; /* of a network that is not trained */
-    }
-    ad_status status = config_experiment_create(settings, 1, &solving->e, error);
+    ad_status status = config_experiment_without_network(settings, &solving->e, error);
     if (status == AD_OK) {
         solving->scene = solving->e->scene;
         status = reference_create(solving->e, &solving->known, error);

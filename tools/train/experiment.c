@@ -133,29 +133,37 @@ static void free_origin(const train_origin *origin)
     }
 }
 
-/* own: NULL, for the model of the scene. */
-static ad_status create(const scene *rod_scene, physics_model *own, train_settings *settings,
-                        const train_origin *origin, int threads, experiment **result,
-                        ad_error *error)
+/* What it is of. */
+static ad_status shell(const scene *rod_scene, train_settings *settings, const train_origin *origin,
+                       experiment **result, ad_error *error)
 {
-    *result = NULL;
-    experiment *e = calloc(1, sizeof *e);
+    experiment *e = *result = calloc(1, sizeof *e);
     if (!e) {
         free_origin(origin);
         return ad_fail(error, AD_NO_MEMORY, "out of memory for an experiment");
     }
     e->scene = rod_scene;
-    e->model = own;
-    e->is_lent = own != NULL;
     e->settings = settings;
     e->origin = *origin;
-    ad_status status = build(e, threads, error);
-    if (status != AD_OK) {
-        experiment_free(e);
-        return status;
-    }
-    *result = e;
     return AD_OK;
+}
+
+/* own: NULL, for the model of the scene. */
+static ad_status create(const scene *rod_scene, physics_model *own, train_settings *settings,
+                        const train_origin *origin, int threads, experiment **result,
+                        ad_error *error)
+{
+    ad_status status = shell(rod_scene, settings, origin, result, error);
+    if (status == AD_OK) {
+        (*result)->model = own;
+        (*result)->is_lent = own != NULL;
+        status = build(*result, threads, error);
+    }
+    if (status != AD_OK) {
+        experiment_free(*result);
+        *result = NULL;
+    }
+    return status;
 }
 
 ad_status experiment_create(const scene *rod_scene, train_settings *settings,
@@ -163,6 +171,27 @@ ad_status experiment_create(const scene *rod_scene, train_settings *settings,
                             ad_error *error)
 {
     return create(rod_scene, NULL, settings, origin, threads, result, error);
+}
+
+ad_status experiment_without_network(const scene *rod_scene, train_settings *settings,
+                                     const train_origin *origin, experiment **result,
+                                     ad_error *error)
+{
+    char key[TRAIN_KEY_MAX];
+    ad_error reason;
+    ad_status status = shell(rod_scene, settings, origin, result, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    status = train_check_reference(settings, rod_scene, key, &reason);
+    status = status == AD_BAD_INPUT ? experiment_refuse(*result, key, reason.message, error)
+             : status != AD_OK      ? ad_fail(error, status, "%s", reason.message)
+                                    : ad_pool_open(1, &(*result)->pool, error);
+    if (status != AD_OK) {
+        experiment_free(*result);
+        *result = NULL;
+    }
+    return status;
 }
 
 ad_status experiment_of_model(physics_model *m, train_settings *settings,

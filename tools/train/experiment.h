@@ -60,6 +60,11 @@ ad_status experiment_create(const scene *rod_scene, train_settings *settings,
 ad_status experiment_of_model(physics_model *m, train_settings *settings,
                               const train_origin *origin, int threads, experiment **result,
                               ad_error *error);
+/* The same without network, model and problem: what a reference needs that is compared with
+ * solutions alone. Settings are as they were read. */
+ad_status experiment_without_network(const scene *rod_scene, train_settings *settings,
+                                     const train_origin *origin, experiment **result,
+                                     ad_error *error);
 void experiment_free(experiment *e);
 
 /* The problem that its model and losses are, in the first window. The first call reads the files of

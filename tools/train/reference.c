@@ -113,7 +113,8 @@ static ad_status make_couple(reference *r, const scene *scene, bool planar, ad_e
     return status;
 }
 
-/* Modes of the strain have no fields that could be given: those of the mixed form then are. */
+/* Modes of the strain have no fields that could be given, and without a network there is no model:
+ * those of the mixed form then are. */
 static ad_status make_manufactured(reference *r, const experiment *e, ad_error *error)
 {
     scene mixed = *e->scene;
@@ -121,7 +122,7 @@ static ad_status make_manufactured(reference *r, const experiment *e, ad_error *
     field *exact = NULL;
     ad_status status = AD_OK;
     mixed.formulation = SCENE_MIXED;
-    if (e->model->motion) {
+    if (!e->model || e->model->motion) {
         status = model_of_scene(&mixed, NULL, &model, error);
     }
     if (status == AD_OK) {
@@ -356,14 +357,12 @@ ad_status reference_create(const experiment *e, reference **result, ad_error *er
     if (status == AD_OK) {
         status = check_size(r, error);
     }
-    if (status == AD_OK) {
+    if (status == AD_OK && e->mlp) {
         status = sort_points(r, &e->model->domain, error);
-    }
-    if (status == AD_OK) {
-        status = field_create(e->model, e->mlp, true, e->pool, &r->candidate, error);
-    }
-    if (status == AD_OK) {
-        status = reference_enter(r, e, 0, error);
+        status = status == AD_OK
+                     ? field_create(e->model, e->mlp, true, e->pool, &r->candidate, error)
+                     : status;
+        status = status == AD_OK ? reference_enter(r, e, 0, error) : status;
     }
     if (status != AD_OK) {
         reference_free(r);

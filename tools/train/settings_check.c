@@ -272,8 +272,8 @@ static ad_status check_deflection(const train_settings *settings, const scene *r
     return problem ? train_refuse(key, "reference.deflection", error, "%s", problem) : status;
 }
 
-static ad_status check_reference(const train_settings *settings, const scene *rod_scene, char *key,
-                                 ad_error *error)
+ad_status train_check_reference(const train_settings *settings, const scene *rod_scene,
+                                char key[TRAIN_KEY_MAX], ad_error *error)
 {
     if (scene_is_family(rod_scene) && train_names_reference(settings) &&
         isnan(settings->reference_tolerance)) {
@@ -303,7 +303,7 @@ static ad_status check_reference(const train_settings *settings, const scene *ro
     return AD_OK;
 }
 
-static ad_status check_data(const train_settings *settings, char *key, ad_error *error)
+ad_status train_check_data(const train_settings *settings, char key[TRAIN_KEY_MAX], ad_error *error)
 {
     for (int i = 0; i < settings->data_count; i++) {
         char field[TRAIN_KEY_MAX];
@@ -359,7 +359,7 @@ ad_status train_settings_check(const train_settings *settings, const scene *rod_
     if (is_motion) {
         ad_status status = train_check_motion(settings, key, error);
         status = status == AD_OK ? check_stages(settings, key, error) : status;
-        return status == AD_OK ? check_reference(settings, rod_scene, key, error) : status;
+        return status == AD_OK ? train_check_reference(settings, rod_scene, key, error) : status;
     }
     if (rod_scene->formulation == SCENE_STRAIN_FORM) {
         if (!isnan(settings->tolerance)) {
@@ -402,8 +402,7 @@ ad_status train_settings_check(const train_settings *settings, const scene *rod_
                             "time hand on; allowed with time.windows above 1: quaternion, vector");
     }
     ad_status status = check_stages(settings, key, error);
-    status = status == AD_OK ? check_data(settings, key, error) : status;
-    return status == AD_OK ? check_reference(settings, rod_scene, key, error) : status;
+    return status == AD_OK ? train_check_reference(settings, rod_scene, key, error) : status;
 }
 
 ad_status train_settings_check_model(const train_settings *settings, const physics_model *m,

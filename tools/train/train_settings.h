@@ -198,6 +198,12 @@ ad_status train_settings_check(const train_settings *settings, const scene *rod_
 ad_status train_settings_check_model(const train_settings *settings, const physics_model *m,
                                      char key[TRAIN_KEY_MAX], ad_error *error);
 
+/* Of that the reference alone; and that there are files of all data. */
+ad_status train_check_reference(const train_settings *settings, const scene *rod_scene,
+                                char key[TRAIN_KEY_MAX], ad_error *error);
+ad_status train_check_data(const train_settings *settings, char key[TRAIN_KEY_MAX],
+                           ad_error *error);
+
 bool train_names_reference(const train_settings *settings);
 
 /* Whether training may come to the loads in parts, optim/continuation.h: at rest, where a network
