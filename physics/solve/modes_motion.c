@@ -93,7 +93,7 @@ static ad_status check_end(const modes_solution *solution, ad_error *error)
 static bool is_stuck(modes_solution *solution, const double *q, const double *v, double most)
 {
     modes *m = solution->m;
-    double *a = solution->room + 2 * STATES * (size_t)m->size;
+    double *a = solution->room + 2 * (STATES * (size_t)m->size);
     solution->is_stuck =
         m->end.count > 0 && (!modes_accelerations(m, q, v, a) || m->end.freedom * most < 1);
     return solution->is_stuck;

@@ -54,8 +54,9 @@ void explain_support(FILE *file)
         "- *never*: it is refused, because mechanics does not allow it. The reasons are below.\n\n"
         "`mixed`, `displacement`, `pose_strain`, `strain family` and `strain modes` are networks, "
         "by their `formulation`. The\nmethods of `cpinn-solve` are collocation, nodes (its default "
-        "in motion), modes (`--method modes`) and path\n"
-        "(`--path`, `--branch`). One-step models are those of `surrogate` and `control`.\n",
+        "in motion unless strains are locked), modes\n"
+        "(`--method modes`) and path (`--path`, `--branch`). One-step models are those of "
+        "`surrogate` and `control`.\n",
         file);
     print_table(file, false);
     print_table(file, true);

@@ -10,7 +10,7 @@
 typedef struct recorded_inputs recorded_inputs;
 
 ad_status recorded_inputs_create(recorded_inputs **result, ad_error *error); /* AD_NO_MEMORY */
-void recorded_inputs_free(recorded_inputs *inputs); /* NULL is allowed */
+void recorded_inputs_free(recorded_inputs *inputs);                          /* NULL is allowed */
 
 /* The recordings of a file, t [rows] s and known [parameters][rows], NULL of those that the file
  * does not say. of [rows]: the inputs over time that each row has, NULL: none; they live as long as
