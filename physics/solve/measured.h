@@ -30,7 +30,8 @@ typedef struct solve_measured {
     const double *values;              /* [columns][rows]; NaN: missing, and does not count */
     const solve_inputs *const *inputs; /* [rows] over time, NULL: none of a row; NULL: of none */
     const double *weight;              /* [rows] of their squares; NULL: 1 */
-    int modes[4];           /* of motions by modes, the same of all sets; all 0: the usual ones */
+    int modes[4]; /* of motions by modes, the same of all sets; all 0: of recordings with inputs
+                   * the usual ones, else as many as the noise asks for */
     const scene_view *view; /* of positions and rotations in space, of which all columns are there;
                              * its delay of any quantity. NULL: they are those of the axis */
     /* Of inputs with a memory: known values of all that was commanded from the beginning on, as

@@ -38,7 +38,8 @@ struct solve_trials {
     size_t *first;          /* [experiments + 1] rows */
     double *at, *curvature; /* values of the last single trial by members, and its curvature, of
                              * those that count [][3 nodes]; NaN: none */
-    double *nodes; /* [experiments] of motions, kept so that solutions change smoothly; 0: open */
+    double *nodes; /* [experiments] of motions, kept so that solutions change smoothly: nodes, modes
+                    * (choose_modes), steps between samples of inputs; 0: open */
     bool chooses;  /* these, where one trial is run */
     bool rough;    /* the run at hand */
     solve_members *members;       /* NULL: one by one */
