@@ -3,7 +3,6 @@
 #include "physics/numerics/quaternion.h"
 #include "physics/numerics/sort.h"
 #include "physics/scene/scene_memory.h"
-#include "physics/scene/support.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -327,17 +326,6 @@ static double choose_tolerance(const solve_trials *trials, int sets, const solve
     return fmax(tolerance, LEAST);
 }
 
-static void find_modes(solve_trials *trials)
-{
-    scene middle;
-    ad_error unused;
-    scene_middle(&trials->open, &middle);
-    trials->moves = trials->row[trials->rows - 1].inputs ||
-                    (scene_is_dynamic(&middle) &&
-                     support_check(&middle, SUPPORT_MODES, NULL, &unused) == AD_OK);
-    memcpy(trials->modes, trials->row[0].set->modes, sizeof trials->modes);
-}
-
 ad_status solve_trials_create(const scene *open, int sets, const solve_measured *measured,
                               double tolerance, int threads, solve_trials **result, ad_error *error)
 {
@@ -370,7 +358,7 @@ ad_status solve_trials_create(const scene *open, int sets, const solve_measured 
         status = trials->nodes ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for nodes");
     }
     if (status == AD_OK) {
-        find_modes(trials);
+        solve_trials_find_modes(trials);
     }
     status = status == AD_OK ? find_places(trials, error) : status;
     status = status == AD_OK ? solve_trials_record(trials, 0, error) : status;
@@ -483,40 +471,6 @@ static ad_status check(const scene *member, ad_error *error)
     return status == AD_OK ? AD_OK : ad_fail(error, status, "%s: %s", key, reason.message);
 }
 
-/* Of the tolerance, that of steps of time where nodes are chosen. */
-static const double STEPS_OF_TIME = 1e-2;
-
-/* Numbers of modes as one number; v and u of them. */
-static const int PACKED = SOLVE_MODES_MAX + 1;
-
-static double packed_modes(const int of[6])
-{
-    const int modes[4] = {of[3] > of[4] ? of[3] : of[4], of[5], of[2],
-                          of[0] > of[1] ? of[0] : of[1]};
-    double number = 0;
-    for (int k = 0; k < 4; k++) { /* other values may move what now stays as it is */
-        number = PACKED * number + fmax(modes[k], TRIALS_MODES[k]);
-    }
-    return number;
-}
-
-/* Those that are asked for; or those that the first solution took, as for nodes. */
-static void choose_modes(const solve_trials *trials, size_t experiment, solve_settings *settings)
-{
-    const int *asked = trials->modes;
-    uint64_t found = (uint64_t)trials->nodes[experiment];
-    if (asked[0] + asked[1] + asked[2] + asked[3] > 0 || (found == 0 && trials->rough)) {
-        solve_trials_modes(trials, settings->modes);
-        return;
-    }
-    for (int k = 3; k >= 0 && found > 0; k--) {
-        const int modes = (int)(found % (uint64_t)PACKED) + trials->more;
-        settings->modes[k] = modes < SOLVE_MODES_MAX ? modes : SOLVE_MODES_MAX;
-        found /= (uint64_t)PACKED;
-    }
-    settings->tolerance *= trials->rough || trials->nodes[experiment] == 0 ? 1 : STEPS_OF_TIME;
-}
-
 enum { ROUGH_NODES = 24 };
 
 static ad_status solve_one(solve_trials *trials, size_t experiment, int thread,
@@ -546,10 +500,10 @@ static ad_status solve_one(solve_trials *trials, size_t experiment, int thread,
         settings.tolerance = trials->tolerance;
         settings.method = trials->moves ? SOLVE_MODES : SOLVE_COLLOCATION;
         if (trials->moves) {
-            choose_modes(trials, experiment, &settings);
+            solve_trials_choose_modes(trials, experiment, &settings);
         } else if (trials->nodes && trials->nodes[experiment] > 0) {
             settings.nodes = (int)trials->nodes[experiment];
-            settings.tolerance *= trials->rough ? 1 : STEPS_OF_TIME;
+            settings.tolerance *= trials->rough ? 1 : TRIALS_STEPS;
         } else if (trials->rough && !scene_is_beam(&member)) {
             settings.nodes = ROUGH_NODES;
         }
@@ -565,7 +519,8 @@ static ad_status solve_one(solve_trials *trials, size_t experiment, int thread,
         status = evaluate(trials, experiment, parameters, solved, residuals, error);
     }
     if (status == AD_OK && trials->chooses && trials->nodes[experiment] == 0) {
-        trials->nodes[experiment] = trials->moves ? packed_modes(report.modes) : report.nodes;
+        trials->nodes[experiment] =
+            trials->moves ? solve_trials_packed(report.modes) : report.nodes;
     }
     solution_free(solved);
     free(times);

@@ -28,16 +28,6 @@ static ad_status check(const scene *open, ad_error *error)
                                      key, reason.message);
 }
 
-void solve_trials_modes(const solve_trials *trials, int modes[4])
-{
-    const int *asked = trials->modes;
-    const bool any = asked[0] + asked[1] + asked[2] + asked[3] > 0;
-    for (int k = 0; k < 4; k++) {
-        modes[k] = any ? asked[k] : TRIALS_MODES[k];
-        modes[k] += modes[k] > 0 ? trials->more : 0;
-    }
-}
-
 ad_status solve_trials_record(solve_trials *trials, int more, ad_error *error)
 {
     int modes[4];
@@ -173,28 +163,5 @@ ad_status solve_trials_follow_change(solve_trials *trials, size_t experiment, in
     }
     free_rows(&f);
     free(values);
-    return status;
-}
-
-ad_status solve_trials_reduction(solve_trials *trials, const double *values, double *rms,
-                                 ad_error *error)
-{
-    enum { MORE = 2 };
-    const size_t count = trials->residuals;
-    double *room = trials->moves ? malloc(2 * count * sizeof *room) : NULL, sum = 0;
-    *rms = 0;
-    if (!room) {
-        return trials->moves ? ad_fail(error, AD_NO_MEMORY, "out of memory") : AD_OK;
-    }
-    ad_status status = solve_trials_run(trials, 1, values, false, room, error);
-    status = status == AD_OK ? solve_trials_record(trials, MORE, error) : status;
-    status =
-        status == AD_OK ? solve_trials_run(trials, 1, values, false, room + count, error) : status;
-    for (size_t i = 0; i < count && status == AD_OK; i++) {
-        const double by = room[i] - room[count + i];
-        sum += by * by;
-    }
-    *rms = sqrt(sum / (double)count);
-    free(room);
     return status;
 }

@@ -39,7 +39,7 @@ struct solve_trials {
     double *at, *curvature; /* values of the last single trial by members, and its curvature, of
                              * those that count [][3 nodes]; NaN: none */
     double *nodes; /* [experiments] of motions, kept so that solutions change smoothly: nodes, modes
-                    * (choose_modes), steps between samples of inputs; 0: open */
+                    * (solve_trials_packed), steps between samples of inputs; 0: open */
     bool chooses;  /* these, where one trial is run */
     bool rough;    /* the run at hand */
     solve_members *members;       /* NULL: one by one */
@@ -87,10 +87,24 @@ void solve_trials_clear(const solve_trials *trials, size_t experiment, double *r
  * 1e-5 of the length (the last row of a table in physics/chain/reduced.h is the first). */
 static const int TRIALS_MODES[4] = {5, 3, 3, 2};
 
+/* Whether motions are by modes, and what is asked of them. */
+void solve_trials_find_modes(solve_trials *trials);
+
+/* Those that are asked for, or the usual ones, with so many more. */
+void solve_trials_modes(const solve_trials *trials, int modes[4]);
+
+/* Modes and tolerance of an experiment without inputs: as many as are asked for, or as the first
+ * solution took, which is kept as one number; none: as many as the tolerance asks for. */
+void solve_trials_choose_modes(const solve_trials *trials, size_t experiment,
+                               solve_settings *settings);
+double solve_trials_packed(const int of[6]);
+
+/* Of the tolerance, that of steps of time where nodes or modes are chosen. */
+static const double TRIALS_STEPS = 1e-2;
+
 /* So many modes more from now on. Of motions with inputs over time, which come last: rods with
  * them, in place of those there are; and residuals of one of them, by a thread of the pool. */
 ad_status solve_trials_record(solve_trials *trials, int more, ad_error *error);
-void solve_trials_modes(const solve_trials *trials, int modes[4]);
 void solve_trials_forget(solve_trials *trials);
 ad_status solve_trials_follow(solve_trials *trials, size_t experiment, int thread,
                               const double *parameters, double *residuals, ad_error *error);

@@ -1,0 +1,82 @@
+/* Motions of trials by modes: whether, by how many, and by how much more of them change. */
+#include "physics/scene/support.h"
+#include "physics/solve/measured_trials.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+void solve_trials_find_modes(solve_trials *trials)
+{
+    scene middle;
+    ad_error unused;
+    scene_middle(&trials->open, &middle);
+    trials->moves = trials->row[trials->rows - 1].inputs ||
+                    (scene_is_dynamic(&middle) &&
+                     support_check(&middle, SUPPORT_MODES, NULL, &unused) == AD_OK);
+    memcpy(trials->modes, trials->row[0].set->modes, sizeof trials->modes);
+}
+
+void solve_trials_modes(const solve_trials *trials, int modes[4])
+{
+    const int *asked = trials->modes;
+    const bool any = asked[0] + asked[1] + asked[2] + asked[3] > 0;
+    for (int k = 0; k < 4; k++) {
+        modes[k] = any ? asked[k] : TRIALS_MODES[k];
+        modes[k] += modes[k] > 0 ? trials->more : 0;
+    }
+}
+
+/* Numbers of modes as one number; v and u of them. */
+static const int PACKED = SOLVE_MODES_MAX + 1;
+
+double solve_trials_packed(const int of[6])
+{
+    const int modes[4] = {of[3] > of[4] ? of[3] : of[4], of[5], of[2],
+                          of[0] > of[1] ? of[0] : of[1]};
+    double number = 0;
+    for (int k = 0; k < 4; k++) { /* other values may move what now stays as it is */
+        number = PACKED * number + fmax(modes[k], TRIALS_MODES[k]);
+    }
+    return number;
+}
+
+void solve_trials_choose_modes(const solve_trials *trials, size_t experiment,
+                               solve_settings *settings)
+{
+    const int *asked = trials->modes;
+    uint64_t found = (uint64_t)trials->nodes[experiment];
+    if (asked[0] + asked[1] + asked[2] + asked[3] > 0 || (found == 0 && trials->rough)) {
+        solve_trials_modes(trials, settings->modes);
+        return;
+    }
+    for (int k = 3; k >= 0 && found > 0; k--) {
+        const int modes = (int)(found % (uint64_t)PACKED) + trials->more;
+        settings->modes[k] = modes < SOLVE_MODES_MAX ? modes : SOLVE_MODES_MAX;
+        found /= (uint64_t)PACKED;
+    }
+    settings->tolerance *= trials->rough || trials->nodes[experiment] == 0 ? 1 : TRIALS_STEPS;
+}
+
+ad_status solve_trials_reduction(solve_trials *trials, const double *values, double *rms,
+                                 ad_error *error)
+{
+    enum { MORE = 2 };
+    const size_t count = trials->residuals;
+    double *room = trials->moves ? malloc(2 * count * sizeof *room) : NULL, sum = 0;
+    *rms = 0;
+    if (!room) {
+        return trials->moves ? ad_fail(error, AD_NO_MEMORY, "out of memory") : AD_OK;
+    }
+    ad_status status = solve_trials_run(trials, 1, values, false, room, error);
+    status = status == AD_OK ? solve_trials_record(trials, MORE, error) : status;
+    status =
+        status == AD_OK ? solve_trials_run(trials, 1, values, false, room + count, error) : status;
+    for (size_t i = 0; i < count && status == AD_OK; i++) {
+        const double by = room[i] - room[count + i];
+        sum += by * by;
+    }
+    *rms = sqrt(sum / (double)count);
+    free(room);
+    return status;
+}
