@@ -101,13 +101,6 @@ static const int HINGE_AXIS[HINGES] = {0, 2, 1};
 
 /* ---- making -------------------------------------------------------------------------------- */
 
-static void *rows(size_t count, size_t size, bool *failed)
-{
-    void *memory = calloc(count + 1, size);
-    *failed |= !memory;
-    return memory;
-}
-
 static void set_elements(modes *m, const mesh *mesh)
 {
     m->pieces = 0;
@@ -160,11 +153,10 @@ static ad_status set_modes(modes *m, const mesh *mesh, const solve_parameters *o
     const int per_piece = MODES_STRAINS * largest_count(&m->counts) + 1, hinges = m->hinges;
     const scene_feed *feed = &m->rod->scene.feed;
     const bool fed = feed->to > 0 && (feed->by == SCENE_FED_IN_TIME || open);
-    bool failed = false;
     const size_t most = (size_t)per_piece * (size_t)m->pieces + (size_t)hinges;
-    m->mode = rows(most, sizeof *m->mode, &failed);
-    m->branch.mode = rows(most, sizeof *m->branch.mode, &failed);
-    if (failed) {
+    AD_TAKE(m, mode, most);
+    AD_TAKE(m, branch.mode, most);
+    if (m->memory.is_short) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for modes");
     }
     for (int e = 0; e < hinges; e++) {
@@ -241,36 +233,35 @@ static void set_values(modes *m, const mesh *mesh)
 static ad_status allocate(modes *m, ad_error *error)
 {
     const size_t points = (size_t)m->points, width = (size_t)m->width;
-    bool failed = false;
-    m->value = rows(points * width, sizeof(double), &failed);
-    m->feed.slope = rows(points * width, sizeof(double), &failed);
-    m->feed.trial = rows(4 * (size_t)m->size, sizeof(double), &failed);
-    m->feed.q = rows((size_t)m->size, sizeof(double), &failed);
-    m->actuators = rows(points * (size_t)m->rod->actuators, sizeof *m->actuators, &failed);
-    m->guides = rows(points * (size_t)m->rod->actuators, sizeof *m->guides, &failed);
-    m->longer = rows((size_t)m->rod->actuators * width, sizeof(double), &failed);
-    m->pull_by = rows(points, sizeof *m->pull_by, &failed);
-    m->inputs_at = rows(points * (size_t)m->inputs, sizeof(double), &failed);
-    m->input = rows((size_t)m->inputs, sizeof(double), &failed);
-    m->center = rows((size_t)m->inputs, sizeof(double), &failed);
-    m->input_step = rows((size_t)m->inputs, sizeof(double), &failed);
-    m->jump_at = rows((size_t)m->rod->jumps.count, sizeof(int), &failed);
-    m->along = rows(points * (size_t)m->rod->along.numbers, sizeof *m->along, &failed);
-    m->turn_at = rows((size_t)m->elements, sizeof(int), &failed);
-    m->theta = rows(points * 3 * width, sizeof(double), &failed);
-    m->rho = rows(points * 3 * width, sizeof(double), &failed);
-    m->mass = rows((width + QUAD) * width, sizeof(double), &failed);
-    m->end.free = rows((size_t)m->size, sizeof(int), &failed);
-    m->end.faster = rows(6 * width, sizeof(double), &failed);
-    m->end.room = rows(12 * (size_t)m->size, sizeof(double), &failed);
-    m->branch.stretch = rows(width, sizeof(double), &failed);
-    m->branch.rate = rows(width, sizeof(double), &failed);
-    m->branch.rest_rate = rows(width, sizeof(double), &failed);
+    AD_TAKE(m, value, points * width);
+    AD_TAKE(m, feed.slope, points * width);
+    AD_TAKE(m, feed.trial, 4 * (size_t)m->size);
+    AD_TAKE(m, feed.q, (size_t)m->size);
+    AD_TAKE(m, actuators, points * (size_t)m->rod->actuators);
+    AD_TAKE(m, guides, points * (size_t)m->rod->actuators);
+    AD_TAKE(m, longer, (size_t)m->rod->actuators * width);
+    AD_TAKE(m, pull_by, points);
+    AD_TAKE(m, inputs_at, points * (size_t)m->inputs);
+    AD_TAKE(m, input, (size_t)m->inputs);
+    AD_TAKE(m, center, (size_t)m->inputs);
+    AD_TAKE(m, input_step, (size_t)m->inputs);
+    AD_TAKE(m, jump_at, (size_t)m->rod->jumps.count);
+    AD_TAKE(m, along, points * (size_t)m->rod->along.numbers);
+    AD_TAKE(m, turn_at, (size_t)m->elements);
+    AD_TAKE(m, theta, points * 3 * width);
+    AD_TAKE(m, rho, points * 3 * width);
+    AD_TAKE(m, mass, (width + QUAD) * width);
+    AD_TAKE(m, end.free, (size_t)m->size);
+    AD_TAKE(m, end.faster, 6 * width);
+    AD_TAKE(m, end.room, 12 * (size_t)m->size);
+    AD_TAKE(m, branch.stretch, width);
+    AD_TAKE(m, branch.rate, width);
+    AD_TAKE(m, branch.rest_rate, width);
     if (m->rod->frictions > 0) {
         const size_t all = points * (size_t)m->rod->actuators;
-        m->friction.rub = rows((size_t)m->rod->frictions * points, sizeof(modes_rub), &failed);
-        m->friction.left = rows(all, sizeof(double), &failed);
-        for (size_t i = 0; i < all && !failed; i++) {
+        AD_TAKE(m, friction.rub, (size_t)m->rod->frictions * points);
+        AD_TAKE(m, friction.left, all);
+        for (size_t i = 0; i < all && m->friction.left; i++) {
             m->friction.left[i] = 1;
         }
         gauss_slope(&m->rule, m->friction.slope);
@@ -278,9 +269,9 @@ static ad_status allocate(modes *m, ad_error *error)
             gauss_lagrange(&m->rule, side, m->friction.edge[side]);
         }
     }
-    m->branch.by = rows(m->branch.count > 0 ? (width + QUAD) * width : 0, sizeof(double), &failed);
-    m->room = rows((points * MODES_ROWS + MODES_ROOM) * width, sizeof(double), &failed);
-    return failed ? ad_fail(error, AD_NO_MEMORY, "out of memory for %d modes", m->size) : AD_OK;
+    AD_TAKE(m, branch.by, m->branch.count > 0 ? (width + QUAD) * width : 0);
+    AD_TAKE(m, room, (points * MODES_ROWS + MODES_ROOM) * width);
+    return ad_memory_status(&m->memory, error, "out of memory for %d modes", m->size);
 }
 
 /* Where something acts at single places. What acts at s = 0 the support takes. */
@@ -312,7 +303,6 @@ static ad_status fill(modes *m, const solve_parameters *open, int finer, ad_erro
 {
     mesh x = {0};
     ad_status status = find_mesh(m->rod, m->inputs, &m->counts, finer, &x, error);
-    bool failed = false;
     if (status == AD_OK) {
         status = modes_turn_find(m, open, error);
     }
@@ -322,10 +312,10 @@ static ad_status fill(modes *m, const solve_parameters *open, int finer, ad_erro
         m->stages = x.stages;
         m->points = m->elements * (m->stages + 1);
         m->rule = solve_gauss_rule_of(m->stages);
-        m->element = rows((size_t)m->elements, sizeof *m->element, &failed);
-        m->point = rows((size_t)m->points, sizeof *m->point, &failed);
-        m->s = rows((size_t)m->points, sizeof(double), &failed);
-        status = failed ? ad_fail(error, AD_NO_MEMORY, "out of memory for modes") : AD_OK;
+        AD_TAKE(m, element, (size_t)m->elements);
+        AD_TAKE(m, point, (size_t)m->points);
+        AD_TAKE(m, s, (size_t)m->points);
+        status = ad_memory_status(&m->memory, error, "out of memory for modes");
     }
     if (status == AD_OK) {
         set_elements(m, &x);
@@ -387,19 +377,7 @@ ad_status modes_create(solve_rod *rod, const solve_parameters *open, const modes
 void modes_free(modes *m)
 {
     if (m) {
-        void *const owned[] = {
-            m->center,      m->input_step,     m->input,        m->inputs_at,
-            m->mode,        m->element,        m->point,        m->value,
-            m->s,           m->jump_at,        m->turn_at,      m->along,
-            m->actuators,   m->pull_by,        m->theta,        m->rho,
-            m->mass,        m->room,           m->feed.slope,   m->feed.trial,
-            m->feed.q,      m->longer,         m->end.faster,   m->end.free,
-            m->end.room,    m->guides,         m->friction.rub, m->friction.left,
-            m->branch.mode, m->branch.stretch, m->branch.rate,  m->branch.rest_rate,
-            m->branch.by};
-        for (size_t i = 0; i < sizeof owned / sizeof *owned; i++) {
-            free(owned[i]);
-        }
+        ad_memory_free(&m->memory);
         for (int i = 0; i < SOLVE_PARTS; i++) {
             free(m->affine[i].base);
             free(m->affine[i].of);

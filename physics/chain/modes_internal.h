@@ -2,6 +2,7 @@
 #ifndef PHYSICS_CHAIN_MODES_INTERNAL_H
 #define PHYSICS_CHAIN_MODES_INTERNAL_H
 
+#include "autodiff/memory.h"
 #include "physics/chain/kinematics.h"
 #include "physics/chain/modes.h"
 #include "physics/local/inertia.h"
@@ -210,6 +211,7 @@ struct modes {
     } end;
     double *mass; /* [width]; by modes_linearise with what reactions do to the modes */
     double *room; /* work of modes_matrix.c */
+    ad_memory memory;
 };
 
 /* Where the rod is and how it moves with modes q, rates v and accelerations a [size] (NULL: 0).

@@ -17,13 +17,17 @@ void solve_trials_find_modes(solve_trials *trials)
     memcpy(trials->modes, trials->row[0].set->modes, sizeof trials->modes);
 }
 
+static bool are_asked(const solve_trials *trials)
+{
+    const int *modes = trials->modes;
+    return modes[0] + modes[1] + modes[2] + modes[3] > 0;
+}
+
 void solve_trials_modes(const solve_trials *trials, int modes[4])
 {
-    const int *asked = trials->modes;
-    const bool any = asked[0] + asked[1] + asked[2] + asked[3] > 0;
+    const int *from = are_asked(trials) ? trials->modes : TRIALS_MODES;
     for (int k = 0; k < 4; k++) {
-        modes[k] = any ? asked[k] : TRIALS_MODES[k];
-        modes[k] += modes[k] > 0 ? trials->more : 0;
+        modes[k] = from[k] + (from[k] > 0 ? trials->more : 0);
     }
 }
 
@@ -44,9 +48,8 @@ double solve_trials_packed(const int of[6])
 void solve_trials_choose_modes(const solve_trials *trials, size_t experiment,
                                solve_settings *settings)
 {
-    const int *asked = trials->modes;
     uint64_t found = (uint64_t)trials->nodes[experiment];
-    if (asked[0] + asked[1] + asked[2] + asked[3] > 0 || (found == 0 && trials->rough)) {
+    if (are_asked(trials) || (found == 0 && trials->rough)) {
         solve_trials_modes(trials, settings->modes);
         return;
     }

@@ -75,6 +75,7 @@ typedef struct config {
                               * determine is left to scene_properties_of */
     bool is_mapped;          /* the scene is what scene_map made of */
     struct scene as_written; /* this one */
+    bool is_chosen;          /* what trains a network of it (prepare_training) */
     train_settings settings; /* reference_file is relative to the YAML file, absolute once read */
     surrogate_settings surrogate;
     control_settings control;     /* task.file as settings.reference_file */

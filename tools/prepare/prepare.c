@@ -166,7 +166,10 @@ static ad_status choose_training(config *config, const void *context, ad_error *
 
 ad_status prepare_training(config *config, ad_error *error)
 {
-    return config_with_points(config, choose_training, NULL, error);
+    ad_status status =
+        config->is_chosen ? AD_OK : config_with_points(config, choose_training, NULL, error);
+    config->is_chosen = status == AD_OK;
+    return status;
 }
 
 /* ---- the beginning ------------------------------------------------------------------------- */

@@ -11,8 +11,7 @@
 ad_status prepare_choices(config *config, ad_error *error);
 
 /* The same of what trains a network of the scene: the formulation, network, windows, points and
- * stages; after prepare_choices. Who trains asks for it, and nobody else. Doing it again changes
- * nothing. */
+ * stages; after prepare_choices. Who trains asks for it, and nobody else. It is done once. */
 ad_status prepare_training(config *config, ad_error *error);
 
 /* The equilibrium that a motion begins in, and held ends against the beginning; after
