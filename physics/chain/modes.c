@@ -245,6 +245,7 @@ static ad_status allocate(modes *m, ad_error *error)
     AD_TAKE(m, input, (size_t)m->inputs);
     AD_TAKE(m, center, (size_t)m->inputs);
     AD_TAKE(m, input_step, (size_t)m->inputs);
+    AD_TAKE(m, rate, 2 * (size_t)m->inputs);
     AD_TAKE(m, jump_at, (size_t)m->rod->jumps.count);
     AD_TAKE(m, along, points * (size_t)m->rod->along.numbers);
     AD_TAKE(m, turn_at, (size_t)m->elements);

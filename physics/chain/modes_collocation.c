@@ -246,13 +246,41 @@ static void predict(collocation *collocation, double h)
     }
 }
 
+void collocation_follow(collocation *collocation, const collocation_path *path)
+{
+    collocation->path = path;
+}
+
+/* Values at a part of the step of inputs on a path, and their two rates [2][inputs] by t. */
+static void follow(const collocation *collocation, double part, double h, const double *inputs,
+                   double *between, double *rates)
+{
+    const collocation_path *path = collocation->path;
+    const int count = collocation->m->inputs;
+    for (int k = 0; k < count; k++) {
+        rates[k] = rates[count + k] = 0;
+        if (path->which >> k & 1) {
+            const double chord = (collocation->after[k] - inputs[k]) / h;
+            const double second = 3 * chord - 2 * path->before[k] - path->after[k];
+            const double third = path->before[k] + path->after[k] - 2 * chord;
+            between[k] = inputs[k] + part * h * (path->before[k] + part * (second + part * third));
+            rates[k] = path->before[k] + part * (2 * second + 3 * part * third);
+            rates[count + k] = (2 * second + 6 * part * third) / h;
+        }
+    }
+}
+
 ad_status collocation_at(collocation *collocation, int i, double t, double h, const double *inputs,
                          ad_error *error)
 {
     const double part = collocation->by.rule.nodes[i];
-    double between[SCENE_PARAMETERS_MAX];
+    double between[SCENE_PARAMETERS_MAX], rates[2 * SCENE_PARAMETERS_MAX];
     for (int k = 0; collocation->after && k < collocation->m->inputs; k++) {
         between[k] = inputs[k] + part * (collocation->after[k] - inputs[k]);
+    }
+    if (collocation->after && collocation->path) {
+        follow(collocation, part, h, inputs, between, rates);
+        modes_move(collocation->m, rates);
     }
     return modes_at(collocation->m, t + part * h, collocation->after ? between : inputs, error);
 }

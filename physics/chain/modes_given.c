@@ -114,6 +114,31 @@ static void give_dead(modes *m)
     }
 }
 
+/* What an end is given where it is now, and as fast as inputs move it. */
+static ad_status end_part(modes *m, int end, solve_end_state *out, ad_error *error)
+{
+    const double s = end;
+    bool moves = false;
+    for (int i = 0; i < 2 * m->inputs; i++) {
+        moves = moves || m->rate[i] != 0;
+    }
+    return moves ? solve_rod_end_moving(m->rod, end, m->time, m->inputs_at, m->rate, out, error)
+                 : part(m, end ? SOLVE_END : SOLVE_START, 1, &s, (double *)out, error);
+}
+
+void modes_move(modes *m, const double *rates)
+{
+    const size_t size = 2 * (size_t)m->inputs * sizeof *rates;
+    for (int i = 0; i < 2 * m->inputs; i++) {
+        m->has_moved = m->has_moved || m->rate[i] != (rates ? rates[i] : 0);
+    }
+    if (rates) {
+        memcpy(m->rate, rates, size);
+    } else if (size > 0) {
+        memset(m->rate, 0, size);
+    }
+}
+
 static ad_status give_upright(modes *m, ad_error *error)
 {
     const double s = 0;
@@ -125,8 +150,7 @@ static ad_status give_upright(modes *m, ad_error *error)
 
 static ad_status give_start(modes *m, ad_error *error)
 {
-    const double s = 0;
-    ad_status status = part(m, SOLVE_START, 1, &s, (double *)&m->start, error);
+    ad_status status = end_part(m, 0, &m->start, error);
     if (m->hinges > 0 && m->turn.mode < 0) {
         const double still[3] = {0};
         memcpy(m->start.rotation, m->upright, sizeof m->upright);
@@ -139,8 +163,7 @@ static ad_status give_start(modes *m, ad_error *error)
 
 static ad_status give_end(modes *m, ad_error *error)
 {
-    const double s = 1;
-    ad_status status = part(m, SOLVE_END, 1, &s, (double *)&m->end.given, error);
+    ad_status status = end_part(m, 1, &m->end.given, error);
     modes_end_given(m);
     return status;
 }
@@ -184,7 +207,7 @@ ad_status modes_give(modes *m, double t, const double *inputs, ad_error *error)
     const bool input_moved = count > 0 && memcmp(m->input, inputs, count * sizeof *inputs) != 0;
     ad_status status = AD_OK;
     bool due[SOLVE_PARTS];
-    if (m->has_given && !time_moved && !input_moved) {
+    if (m->has_given && !time_moved && !input_moved && !m->has_moved) {
         return AD_OK;
     }
     m->time = t;
@@ -197,7 +220,8 @@ ad_status modes_give(modes *m, double t, const double *inputs, ad_error *error)
         }
     }
     for (int i = 0; i < SOLVE_PARTS; i++) {
-        due[i] = is_due(m, (solve_part)i, time_moved, input_moved);
+        const bool is_end = i == SOLVE_START || i == SOLVE_END;
+        due[i] = is_due(m, (solve_part)i, time_moved, input_moved || (is_end && m->has_moved));
     }
     due[SOLVE_JUMPS] &= m->rod->jumps.count > 0;
     if (m->hinges > 0 && !m->has_given) {
@@ -238,6 +262,7 @@ ad_status modes_give(modes *m, double t, const double *inputs, ad_error *error)
         }
     }
     m->has_given = status == AD_OK;
+    m->has_moved = false;
     return status;
 }
 
@@ -346,7 +371,11 @@ ad_status modes_by_inputs(modes *m, double t, const double *q, const double *v, 
     ad_status status = AD_OK;
     modes_commands(m, inputs);
     for (int k = 0; k < m->inputs && status == AD_OK; k++) {
-        for (int side = 0; side < 2 && status == AD_OK; side++) {
+        const bool asked = !(m->unasked >> k & 1);
+        for (int i = 0; i < n && !asked; i++) {
+            by_inputs[i * m->inputs + k] = 0;
+        }
+        for (int side = 0; side < 2 && status == AD_OK && asked; side++) {
             const double sign = side ? 1 : -1, by = 2 * m->input_step[k];
             inputs[k] += sign * m->input_step[k];
             status = modes_at(m, t, inputs, error);

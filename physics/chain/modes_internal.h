@@ -11,6 +11,8 @@
 #include "physics/numerics/processor.h"
 #include "physics/numerics/quaternion.h"
 
+#include <stdint.h>
+
 /* Of strains, stresses and their modes: v and then u, body frame. */
 enum { MODES_V = 0, MODES_U = 3, MODES_STRAINS = 6 };
 
@@ -128,6 +130,9 @@ struct modes {
     double time;
     double *input, *inputs_at; /* [inputs], [points][inputs] */
     double *input_step;        /* [inputs] for difference quotients */
+    double *rate;              /* [2][inputs] by t, that ends follow; 0 but for modes_move */
+    bool has_moved;            /* these, since ends were taken */
+    uint64_t unasked;          /* inputs by which derivatives are not wanted: 0 in their place */
     struct modes_affine {      /* values [count]: base + sum_k slope_k (input_k - center_k) */
         size_t count;
         double *base, *slope; /* [count], [inputs][count]; NULL: not known to be of this form */
@@ -273,11 +278,12 @@ void modes_stiffness(const modes *m, const double *by_q, double *factor);
  * is what its last step came from. AD_NOT_FINITE: none is found. */
 ad_status modes_settle(modes *m, const modes_linear *linear, ad_error *error);
 
-/* The start from the equilibrium of the inputs [inputs], with the velocities of the scene, where
- * its initial.settled is that of other inputs: followed from there. AD_NOT_FINITE: there is none,
- * or it is not stable on the way; AD_NO_MEMORY, errors of formulas. */
+/* The start from the equilibrium of the inputs [inputs], with the velocities of the scene and of
+ * ends that follow inputs with `rates` as modes_move has them, where its initial.settled is that of
+ * other inputs: followed from there. AD_NOT_FINITE: there is none, or it is not stable on the way;
+ * AD_NO_MEMORY, errors of formulas. */
 ad_status modes_initial_settled(modes *m, const double *settled_at, const double *inputs,
-                                const modes_linear *linear, ad_error *error);
+                                const double *rates, const modes_linear *linear, ad_error *error);
 
 /* q [size] nearest to strains [points][MODES_STRAINS]; hinges stay upright. */
 void modes_project(const modes *m, const double (*strains)[MODES_STRAINS], double *q);
@@ -319,6 +325,10 @@ ad_status modes_fit_seen(modes *m, size_t count, const solve_seen *seen, double 
  * where modes_at gives the command of what is fed. */
 ad_status modes_at(modes *m, double t, const double *inputs, ad_error *error);
 ad_status modes_give(modes *m, double t, const double *inputs, ad_error *error);
+
+/* First and second derivatives [2][inputs] of the inputs by t (NULL: they stay), for all calls of
+ * these that follow: by them ends move that depend on inputs. */
+void modes_move(modes *m, const double *rates);
 
 /* inputs [inputs] as modes_at was given them. */
 void modes_commands(const modes *m, double *inputs);

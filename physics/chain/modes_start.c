@@ -449,12 +449,13 @@ static bool is_stable(modes *m, const modes_linear *linear)
 }
 
 ad_status modes_initial_settled(modes *m, const double *settled_at, const double *inputs,
-                                const modes_linear *linear, ad_error *error)
+                                const double *rates, const modes_linear *linear, ad_error *error)
 {
     enum { FIRST = 4, MOST = 64 };
     double between[SCENE_PARAMETERS_MAX];
     solve_initial *given = malloc((size_t)m->points * sizeof *given);
     ad_status status = given ? AD_NOT_FINITE : ad_fail(error, AD_NO_MEMORY, "out of memory");
+    modes_move(m, NULL);
     for (int steps = FIRST; steps <= MOST && status == AD_NOT_FINITE; steps *= 2) {
         status = modes_at(m, 0, settled_at, error);
         status = status == AD_OK ? modes_initial(m, linear->q, linear->v, error) : status;
@@ -471,6 +472,8 @@ ad_status modes_initial_settled(modes *m, const double *settled_at, const double
             }
         }
     }
+    modes_move(m, rates);
+    status = status == AD_OK ? modes_at(m, 0, inputs, error) : status;
     status = status == AD_OK ? solve_rod_part(m->rod, SOLVE_INITIAL, (size_t)m->points, m->s, 0,
                                               m->inputs_at, (double *)given, error)
                              : status;

@@ -14,6 +14,8 @@
 
 #include "physics/chain/modes.h"
 
+#include <stdint.h>
+
 enum { COLLOCATION_STAGES_MAX = 7 };
 
 typedef struct collocation collocation;
@@ -37,6 +39,16 @@ ad_status collocation_next(collocation *collocation, double *t, double end, doub
  * polynomial through its stages. */
 void collocation_within(const collocation *collocation, double share, double *q, double *v,
                         double *d, solve_energy *energy);
+
+/* Inputs that ends of the rod follow: those of a bit of `which` go to where they are after the step
+ * by Hermite's cubic, with the rates [inputs] by t before and after it. */
+typedef struct collocation_path {
+    uint64_t which;
+    const double *before, *after;
+} collocation_path;
+
+/* For the steps and derivatives that follow; borrowed, NULL: all inputs go linearly. */
+void collocation_follow(collocation *collocation, const collocation_path *path);
 
 /* One step of length h by itself: the same whatever came before. The inputs go linearly to those
  * `after` it (NULL: they are held). Newton's method stops at the tolerance, of modes and rates.

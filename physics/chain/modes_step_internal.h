@@ -46,10 +46,11 @@ struct collocation {
     collocation_method by;
     int size;
     const double *after; /* inputs at the end of the step, which go there linearly; NULL: held */
-    double step, formed_step; /* 0: none */
-    bool has_polynomial;      /* accelerations of a last step, to go on from */
-    bool must_form;           /* another matrix for the next step */
-    bool asks_power;          /* of the stages: not in steps by themselves */
+    const collocation_path *path; /* of some, another way there; NULL: of none */
+    double step, formed_step;     /* 0: none */
+    bool has_polynomial;          /* accelerations of a last step, to go on from */
+    bool must_form;               /* another matrix for the next step */
+    bool asks_power;              /* of the stages: not in steps by themselves */
     double last_step;
     double *from_q, *from_v;  /* [size] where the last step began, */
     solve_energy from_energy; /* with what energy */

@@ -47,7 +47,10 @@ struct reduced_rod {
     double *look_room;
     double *change[2]; /* [memory_count + inputs][inputs] of inputs before and after a step */
     ad_memory memory;
-    int *pivots; /* [size] */
+    int *pivots;           /* [size] */
+    double *rates;         /* [4][inputs] of inputs that ends follow, in the model's time: of one
+                            * instant, first and second; before and after a step */
+    collocation_path path; /* which: of inputs that ends depend on */
 };
 
 /* ---- making -------------------------------------------------------------------------------- */
@@ -69,13 +72,37 @@ static ad_status check_lengths(const scene *open, ad_error *error)
 }
 
 /* Of an end that follows an input its rates are not known. */
-static ad_status check_end(const solve_rod *rod, ad_error *error)
+static ad_status check_end(const solve_rod *rod, bool follows, ad_error *error)
 {
-    return modes_end_directions(rod) > 0 && solve_rod_part_kind(rod, SOLVE_END).by_parameters
+    return !follows && modes_end_directions(rod) > 0 &&
+                   solve_rod_part_kind(rod, SOLVE_END).by_parameters
                ? ad_fail(error, AD_BAD_ARGUMENT,
                          "boundary.end depends on a parameter, and the end is held; allowed: "
                          "numbers and formulas of t")
                : AD_OK;
+}
+
+static bool end_depends_on(const scene_end *end, const char *name)
+{
+    const scene_hold hold = scene_hold_of(end);
+    return (hold.directions > 0 && quantity_any_depends_on(3, end->position, name)) ||
+           (scene_end_holds_rotation(end->type) &&
+            (quantity_any_depends_on(4, end->rotation, name) ||
+             quantity_any_depends_on(3, end->rotation_vector, name) ||
+             quantity_depends_on(end->twist, name)));
+}
+
+/* Not the input that a drive follows, of which the angle is a mode. */
+static void find_followed(reduced_rod *rod)
+{
+    const scene *open = &rod->open;
+    for (int k = 0; k < open->parameter_count; k++) {
+        const char *name = open->parameters[k].name;
+        if (k != rod->m->turn.input &&
+            (end_depends_on(&open->start, name) || end_depends_on(&open->end, name))) {
+            rod->path.which |= UINT64_C(1) << k;
+        }
+    }
 }
 
 /* What turns the base is a mode, and formulas have 0 in its place. */
@@ -121,7 +148,7 @@ static ad_status create_model(reduced_rod *rod, const reduced_settings *settings
     }
     status = count > 0 ? solve_rod_create_open(open, &parameters, &rod->rod, error)
                        : solve_rod_create(open, &rod->rod, error);
-    status = status == AD_OK ? check_end(rod->rod, error) : status;
+    status = status == AD_OK ? check_end(rod->rod, settings->follows, error) : status;
     if (status == AD_OK) {
         status = modes_create(rod->rod, count > 0 ? &parameters : NULL, &counts, 0, &rod->m, error);
     }
@@ -181,6 +208,7 @@ static ad_status allocate(reduced_rod *rod, ad_error *error)
     AD_TAKE(rod, d, n);
     AD_TAKE(rod, branch_by, 2 * inputs * n);
     AD_TAKE(rod, pivots, n);
+    AD_TAKE(rod, rates, 4 * inputs);
     if (rod->memory.is_short) {
         return ad_memory_status(&rod->memory, error, "out of memory for a reduced rod");
     }
@@ -216,6 +244,7 @@ ad_status reduced_create(const scene *rod_scene, const reduced_settings *setting
         reduced_free(rod);
         return status;
     }
+    find_followed(rod);
     *result = rod;
     return AD_OK;
 }
@@ -260,6 +289,30 @@ reduced_mode reduced_mode_of(const reduced_rod *rod, int k)
     return (reduced_mode){which < m->hinges ? -1 : mode->strain, mode->degree, mode->first_element};
 }
 
+/* ---- inputs that ends follow --------------------------------------------------------------- */
+
+uint64_t reduced_followed(const reduced_rod *rod)
+{
+    return rod->path.which;
+}
+
+void reduced_follow(reduced_rod *rod, const double *before, const double *after)
+{
+    const int count = rod->m->inputs;
+    const double time = rod->rod->scales.time;
+    double *now = rod->rates, *sides = now + 2 * count;
+    for (int k = 0; k < count; k++) {
+        const bool follows = before && (rod->path.which >> k & 1);
+        now[k] = sides[k] = follows ? before[k] * time : 0;
+        sides[count + k] = follows ? after[k] * time : 0;
+    }
+    rod->m->unasked = before ? rod->path.which : 0;
+    rod->path.before = sides;
+    rod->path.after = sides + count;
+    modes_move(rod->m, before ? now : NULL);
+    collocation_follow(rod->step, before ? &rod->path : NULL);
+}
+
 /* ---- states -------------------------------------------------------------------------------- */
 
 static void take_state(reduced_rod *rod, const double *state)
@@ -298,6 +351,7 @@ static ad_status go_to(reduced_rod *rod, double t, const double *state, const do
                        ad_error *error)
 {
     take_state(rod, state);
+    modes_move(rod->m, rod->rates);
     return modes_at(rod->m, t / rod->rod->scales.time, inputs, error);
 }
 
@@ -306,10 +360,12 @@ ad_status reduced_initial(reduced_rod *rod, const double *inputs, double *state,
     const modes_linear room = {rod->q,    rod->v,    rod->a,    rod->residual,
                                rod->by_q, rod->by_v, rod->mass, rod->pivots};
     const bool settles = rod->m->inputs > 0 && rod->open.initial.state == SCENE_EQUILIBRIUM;
+    modes_move(rod->m, rod->rates);
     ad_status status = settles ? ad_dense_load(error) : modes_at(rod->m, 0, inputs, error);
     if (status == AD_OK) {
-        status = settles ? modes_initial_settled(rod->m, rod->usual, inputs, &room, error)
-                         : modes_initial(rod->m, rod->q, rod->v, error);
+        status = settles
+                     ? modes_initial_settled(rod->m, rod->usual, inputs, rod->rates, &room, error)
+                     : modes_initial(rod->m, rod->q, rod->v, error);
     }
     if (status == AD_OK) {
         give_relaxed(rod, state);
@@ -623,6 +679,7 @@ ad_status reduced_step_whole(reduced_rod *rod, double t, double h, const double 
 ad_status reduced_output(reduced_rod *rod, double t, const double *state, const double *inputs,
                          reduced_place *places, double *by_state, ad_error *error)
 {
+    modes_move(rod->m, rod->rates);
     ad_status status = modes_at(rod->m, t / rod->rod->scales.time, inputs, error);
     if (status != AD_OK) {
         return status;

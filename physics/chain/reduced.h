@@ -20,6 +20,8 @@
 #include "physics/chain/kinematics.h"
 #include "physics/scene/scene.h"
 
+#include <stdint.h>
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -33,6 +35,8 @@ typedef struct reduced_settings {
     const double *s; /* [count] m */
     double newton;   /* where Newton's method stops in a step, of modes and rates that have no unit;
                       * 0: 1e-5, the fastest */
+    bool follows;    /* an end may depend on inputs: steps are told how fast these are, where they
+                      * move (reduced_follow) */
 } reduced_settings;
 
 /* At one place. The order is that of the rows of derivatives. Of a rod that moves through its port
@@ -64,6 +68,14 @@ typedef struct reduced_mode {
     int strain, degree, piece;
 } reduced_mode;
 reduced_mode reduced_mode_of(const reduced_rod *rod, int k);
+
+/* Inputs that ends of the rod depend on, a bit each: they have to be twice differentiable. `before`
+ * and `after` [inputs], borrowed until the next call, are their rates, by s, at both ends of the
+ * steps that follow; between they go by Hermite's cubics, the others linearly. Functions of one
+ * instant take `before`. Derivatives by these inputs are 0 then. NULL: inputs stay, as far as ends
+ * are concerned. */
+uint64_t reduced_followed(const reduced_rod *rod);
+void reduced_follow(reduced_rod *rod, const double *before, const double *after);
 
 /* state [states] with which the scene begins. Where that is an equilibrium, it is followed from the
  * one in the middle of the ranges, scene.initial.settled. And an equilibrium for held inputs, by

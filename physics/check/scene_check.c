@@ -359,6 +359,9 @@ static ad_status check_at(const scene *family, const double *fractions, const ch
                   : 0;
     }
     scene_member(family, values, &member);
+    if (scene_is_dynamic(family) && family->unknown_count > 0) {
+        scene_place_ends(family, &member);
+    }
     ad_status status = check_member(&member, key, &reason);
     return status == AD_OK ? AD_OK
                            : ad_fail(error, status, "%s (of the member %s)", reason.message, where);

@@ -8,7 +8,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { FORMULAS = 5 };
+enum { FORMULAS = 5, ENDS = 2 };
+
+/* What ends are given of each parameter: itself and its two rates by t. */
+enum { PATH = 3 };
 
 typedef struct solve_functions {
     ad_pool *pool;
@@ -18,6 +21,7 @@ typedef struct solve_functions {
         };
         formula *all[FORMULAS];
     };
+    size_t path;        /* rates of parameters that ends are given in motion; else 0 */
     formula *actuators; /* NULL: none */
     formula *along;     /* NULL: none */
     formula *jumps;     /* NULL: none */
@@ -72,9 +76,60 @@ static ad_value record_along(const rod_context *rod, acting *along)
     return count > 0 ? ad_stack(count, numbers) : ad_zeros(rod->tape, 1);
 }
 
-/* Of a manufactured scene its solution, anywhere. */
-static ad_value record_end(const rod_context *rod, int end, solve_end *kind)
+/* A tape with a rod at s and t. */
+typedef struct recording {
+    ad_tape *tape;
+    ad_value s, t, parameters; /* the last not valid where there are none */
+    int count, more;           /* of parameters, and rows of that input */
+    domain_place at;
+    rod_context context;
+} recording;
+
+/* What is measured by scales is measured by those of the scene without open names. rows: 1, or PATH
+ * where parameters are given with their rates, those of all behind one another. */
+static void begin(const solve_rod *rod, int rows, recording *on)
 {
+    const solve_functions *f = rod->formula;
+    *on = (recording){.tape = ad_tape_create()};
+    on->s = ad_input(on->tape, "s", 1);
+    on->t = ad_input(on->tape, "t", 1);
+    on->at = rod_place(&rod->scene, on->s, on->t);
+    on->context = rod_context_of(&rod->scene, &on->at);
+    const int count = f->open ? f->parameters->count : 0;
+    on->count = count;
+    on->more = rows * count;
+    if (count > 0) {
+        on->parameters = ad_input(on->tape, "parameters", on->more);
+        for (int i = 0; i < count; i++) {
+            on->context.parameters[i] =
+                (quantity_binding){f->parameters->names[i], ad_row(on->parameters, i)};
+        }
+        on->context.scene = f->open;
+        on->context.properties = scene_properties_of(f->open);
+        on->context.parameter_count = count;
+    }
+}
+
+/* By t, along which parameters that are given with their rates move, too. */
+static ad_value end_rate(const recording *on, ad_value y)
+{
+    if (!on->context.dynamic || on->more <= on->count) {
+        return rod_time_derivative(&on->context, y, 1);
+    }
+    const int moving = on->more - on->count;
+    const ad_value wrt[2] = {on->t, on->parameters};
+    const ad_value along[2] = {
+        ad_scalar(on->tape, 1),
+        STACK(ad_slice(on->parameters, on->count, moving), ad_zeros(on->tape, on->count))};
+    ad_value rate = ad_zeros(on->tape, ad_rows(y));
+    ad_directional(1, &y, 2, wrt, along, &rate);
+    return rate;
+}
+
+/* Of a manufactured scene its solution, anywhere. */
+static ad_value record_end(const recording *on, int end, solve_end *kind)
+{
+    const rod_context *rod = &on->context;
     rod_end_data data = rod_end_of(rod, end, rod->t);
     const scene_end *given = end ? &rod->scene->end : &rod->scene->start;
     *kind = (solve_end){.hold = scene_hold_of(given), .holds_rotation = data.holds_rotation};
@@ -86,9 +141,9 @@ static ad_value record_end(const rod_context *rod, int end, solve_end *kind)
         data.moment = exact.moment;
     }
     ad_value r = data.position, q = data.rotation;
-    ad_value pose =
-        STACK(r, q, rod_time_derivative(rod, r, 1), rod_rate(q, rod_time_derivative(rod, q, 1)),
-              rod_time_derivative(rod, r, 2), rod_rate(q, rod_time_derivative(rod, q, 2)));
+    const ad_value velocity = end_rate(on, r), turning = end_rate(on, q);
+    ad_value pose = STACK(r, q, velocity, rod_rate(q, turning), end_rate(on, velocity),
+                          rod_rate(q, end_rate(on, turning)));
     kind->moves = ad_uses(1, &pose, rod->t);
     return STACK(pose, data.force, data.moment);
 }
@@ -102,36 +157,6 @@ static ad_value record_initial(const rod_context *rod)
     }
     rod_initial_data initial = rod_initial_of(rod, rod->s);
     return STACK(initial.position, initial.rotation, initial.velocity, initial.spin);
-}
-
-/* A tape with a rod at s and t. */
-typedef struct recording {
-    ad_tape *tape;
-    ad_value s, t, parameters; /* the last not valid where there are none */
-    domain_place at;
-    rod_context context;
-} recording;
-
-/* What is measured by scales is measured by those of the scene without open names. */
-static void begin(const solve_rod *rod, recording *on)
-{
-    const solve_functions *f = rod->formula;
-    *on = (recording){.tape = ad_tape_create()};
-    on->s = ad_input(on->tape, "s", 1);
-    on->t = ad_input(on->tape, "t", 1);
-    on->at = rod_place(&rod->scene, on->s, on->t);
-    on->context = rod_context_of(&rod->scene, &on->at);
-    const int count = f->open ? f->parameters->count : 0;
-    if (count > 0) {
-        on->parameters = ad_input(on->tape, "parameters", count);
-        for (int i = 0; i < count; i++) {
-            on->context.parameters[i] =
-                (quantity_binding){f->parameters->names[i], ad_row(on->parameters, i)};
-        }
-        on->context.scene = f->open;
-        on->context.properties = scene_properties_of(f->open);
-        on->context.parameter_count = count;
-    }
 }
 
 /* Derivatives of a part by each parameter, one after the other. */
@@ -153,34 +178,39 @@ static ad_status add_formula(solve_rod *rod, const recording *on, solve_part par
                              formula **to, ad_error *error)
 {
     solve_functions *f = rod->formula;
-    const bool is_open = f->open && f->parameters->count > 0 && ad_uses(1, &value, on->parameters);
-    value = f->changes ? by_each(on, f->parameters->count, value) : value;
+    const bool is_open = on->count > 0 && ad_uses(1, &value, on->parameters);
+    value = f->changes ? by_each(on, on->count, value) : value;
     f->kinds[part] = (solve_part_kind){.width = (size_t)ad_rows(value),
                                        .by_s = ad_uses(1, &value, on->s),
                                        .by_t = ad_uses(1, &value, on->t),
                                        .by_parameters = is_open};
-    return solve_formula_create(value, f->open ? f->parameters->count : 0, f->pool, to, error);
+    return solve_formula_create(value, on->more, f->pool, to, error);
 }
 
-static ad_status record(solve_rod *rod, ad_error *error)
+/* Parts without the ends. */
+static ad_status record_along_rod(solve_rod *rod, ad_error *error)
 {
     solve_functions *f = rod->formula;
     recording on;
-    begin(rod, &on);
+    begin(rod, 1, &on);
     const rod_context context = on.context;
     ad_tape *tape = on.tape;
     const ad_value t = on.t;
     const rod_coefficients c = rod_coefficients_of(&context);
     const ad_value rest = record_rest(&context, &c), along = record_along(&context, &rod->along);
-    const ad_value values[FORMULAS] = {
-        record_sections(&c), rest, record_end(&context, 0, &rod->ends[0]),
-        record_end(&context, 1, &rod->ends[1]), record_initial(&context)};
+    const ad_value sections = record_sections(&c), initial = record_initial(&context);
     const ad_value jumps = solve_jumps_record(&context, &rod->jumps);
     rod->along_moves = ad_uses(1, &along, t);
     rod->rest_moves = ad_uses(1, &rest, t); /* a jump has no rate */
     ad_status status = ad_tape_status(tape, error);
-    for (int i = 0; status == AD_OK && i < FORMULAS; i++) {
-        status = add_formula(rod, &on, (solve_part)i, values[i], &f->all[i], error);
+    if (status == AD_OK) {
+        status = add_formula(rod, &on, SOLVE_SECTIONS, sections, &f->sections, error);
+    }
+    if (status == AD_OK) {
+        status = add_formula(rod, &on, SOLVE_REST, rest, &f->rest, error);
+    }
+    if (status == AD_OK) {
+        status = add_formula(rod, &on, SOLVE_INITIAL, initial, &f->initial, error);
     }
     if (status == AD_OK && rod->jumps.numbers > 0) {
         status = add_formula(rod, &on, SOLVE_JUMPS, jumps, &f->jumps, error);
@@ -198,6 +228,24 @@ static ad_status record(solve_rod *rod, ad_error *error)
         status = add_formula(rod, &on, SOLVE_FEED, feed, &f->feed, error);
     }
     ad_tape_free(tape);
+    return status;
+}
+
+/* In motion parameters move them. */
+static ad_status record_ends(solve_rod *rod, ad_error *error)
+{
+    solve_functions *f = rod->formula;
+    recording on;
+    begin(rod, rod->dynamic ? PATH : 1, &on);
+    const ad_value values[ENDS] = {record_end(&on, 0, &rod->ends[0]),
+                                   record_end(&on, 1, &rod->ends[1])};
+    ad_status status = ad_tape_status(on.tape, error);
+    for (int end = 0; end < ENDS && status == AD_OK; end++) {
+        const solve_part part = end ? SOLVE_END : SOLVE_START;
+        status = add_formula(rod, &on, part, values[end], &f->ends[end], error);
+    }
+    ad_tape_free(on.tape);
+    f->path = status == AD_OK ? (size_t)(on.more - on.count) : 0;
     return status;
 }
 
@@ -242,7 +290,7 @@ static ad_status record_actuators(solve_rod *rod, ad_error *error)
     }
     recording on;
     ad_value all[SOLVE_ACTUATORS_MAX];
-    begin(rod, &on);
+    begin(rod, 1, &on);
     const rod_context context = on.context;
     ad_tape *tape = on.tape;
     for (int i = 0; i < pulling; i++) {
@@ -313,7 +361,8 @@ static ad_status create(const scene *rod_scene, const scene *open,
                        .formula = f};
     rod->scene.motion = SCENE_SPATIAL; /* everything in the frame of the world */
     rod->duration = rod->dynamic ? scene_duration(rod_scene) / rod->scales.time : 0;
-    ad_status status = record(rod, error);
+    ad_status status = record_along_rod(rod, error);
+    status = status == AD_OK ? record_ends(rod, error) : status;
     if (status == AD_OK && !open) {
         status = solve_rod_jump_numbers(rod, 0, rod->jumps.number, error);
     }
@@ -434,9 +483,27 @@ solve_part_kind solve_rod_part_kind(const solve_rod *rod, solve_part part)
     return rod->formula->kinds[part];
 }
 
+ad_status solve_rod_end_moving(const solve_rod *rod, int end, double t, const double *parameters,
+                               const double *rates, solve_end_state *out, ad_error *error)
+{
+    const size_t count = rod->formula->path / (PATH - 1);
+    const double s = end;
+    double path[PATH * SCENE_PARAMETERS_MAX] = {0};
+    memcpy(path, parameters, count * sizeof *path);
+    if (rates) {
+        memcpy(path + count, rates, (PATH - 1) * count * sizeof *path);
+    }
+    return solve_formula_evaluate_of(rod->formula->ends[end], 1, &s, t, path, (double *)out, error);
+}
+
 ad_status solve_rod_part(const solve_rod *rod, solve_part part, size_t n, const double *s, double t,
                          const double *parameters, double *out, ad_error *error)
 {
+    const bool is_end = part == SOLVE_START || part == SOLVE_END;
+    if (is_end && rod->formula->path > 0) { /* of which there is one point */
+        return solve_rod_end_moving(rod, part == SOLVE_END, t, parameters, NULL,
+                                    (solve_end_state *)(void *)out, error);
+    }
     return solve_formula_evaluate_of(formula_of(rod->formula, part), n, s, t, parameters, out,
                                      error);
 }

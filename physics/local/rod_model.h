@@ -186,6 +186,12 @@ solve_part_kind solve_rod_part_kind(const solve_rod *rod, solve_part part);
 ad_status solve_rod_part(const solve_rod *rod, solve_part part, size_t n, const double *s, double t,
                          const double *parameters, double *out, ad_error *error);
 
+/* An end of a rod in motion with open names at t, whose parameters [count] have `rates`, first
+ * [count] and then second derivatives by t: velocities and accelerations are along all of them.
+ * NULL: they stay, as in solve_rod_part. */
+ad_status solve_rod_end_moving(const solve_rod *rod, int end, double t, const double *parameters,
+                               const double *rates, solve_end_state *out, ad_error *error);
+
 /* What one unit of each double of a solve_state is in SI. */
 void solve_rod_units(const solve_rod *rod, double *units);
 

@@ -489,6 +489,10 @@ double scene_unknown_value(const scene_parameter *parameter, double guess, doubl
 void scene_member(const scene *family, const double *values, scene *member);
 void scene_middle(const scene *family, scene *member);
 
+/* Its ends are where those of the middle are. Places of ends in motion are recorded, and corners of
+ * their ranges are not among them: a rod need not reach those. */
+void scene_place_ends(const scene *family, scene *member);
+
 /* Writes the values [parameter_count] of the middle one, and returns them. */
 const double *scene_middle_values(const scene *family, double *values);
 

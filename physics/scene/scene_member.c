@@ -83,6 +83,14 @@ void scene_middle(const scene *family, scene *member)
     scene_member(family, scene_middle_values(family, values), member);
 }
 
+void scene_place_ends(const scene *family, scene *member)
+{
+    scene middle;
+    scene_middle(family, &middle);
+    memcpy(member->start.position, middle.start.position, sizeof middle.start.position);
+    memcpy(member->end.position, middle.end.position, sizeof middle.end.position);
+}
+
 /* ---- as text --------------------------------------------------------------------------------- */
 
 /* The parameters without a value, "a, b". */

@@ -19,6 +19,7 @@ static ad_status check(const scene *open, ad_error *error)
     scene family = *open;
     const char *key = "";
     ad_error reason;
+    scene_place_ends(open, &family);
     family.unknown_count = 0;
     const ad_status status = scene_check(&family, &key, &reason);
     return status == AD_OK ? AD_OK

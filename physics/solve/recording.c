@@ -3,6 +3,8 @@
 #include "physics/chain/reduced.h"
 #include "physics/learn/model.h"
 #include "physics/numerics/quaternion.h"
+#include "physics/numerics/spline.h"
+#include "physics/scene/scene_values.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -15,12 +17,17 @@ static const double NEWTON = 1e-10;
 static const double SAME = 1e-12;
 
 struct solve_recording {
+    const scene *open;
     reduced_rod *rod;
     size_t places;
     int parameters;
     size_t velocity;        /* its first column */
     uint64_t timed, states; /* parameters of plays of time, and states of memory among them */
     double time, *state;    /* as it is now */
+    const solve_inputs *of; /* the recording of which the following are */
+    uint64_t followed;      /* inputs that ends follow; */
+    double *path;           /* [samples][parameters] theirs, smooth, and then slopes; NULL: none */
+    double *rates[2];       /* [parameters] as they are now, and after a step */
     reduced_place *seen;    /* [3][places]: as it is, and with a parameter moved to both sides */
     size_t columns;
     /* Of solve_recording_change: so many last parameters, from `first` on; 0: values alone. */
@@ -70,10 +77,12 @@ ad_status solve_recording_create(const scene *open, const int modes[4], size_t p
     const reduced_settings settings = {.modes = {modes[0], modes[1], modes[2], modes[3]},
                                        .count = (int)places,
                                        .s = s,
-                                       .newton = NEWTON};
+                                       .newton = NEWTON,
+                                       .follows = true};
     const scene_physics *physics = scene_physics_of(open);
     ad_status status = reduced_create(open, &settings, &x->rod, error);
     if (status == AD_OK) {
+        x->open = open;
         x->timed = open->timed;
         for (int k = scene_given_count(open); k < scene_known_count(open); k++) {
             x->states |= UINT64_C(1) << k;
@@ -81,11 +90,14 @@ ad_status solve_recording_create(const scene *open, const int modes[4], size_t p
         x->places = places;
         x->parameters = open->parameter_count;
         x->state = malloc((size_t)reduced_all_states(x->rod) * sizeof *x->state);
+        x->rates[0] = calloc(2 * (size_t)open->parameter_count + 1, sizeof(double));
+        x->rates[1] = x->rates[0] + open->parameter_count;
         x->seen = malloc((3 * places + 1) * sizeof *x->seen);
         x->columns = (size_t)physics->column_count;
         x->velocity = solve_velocity_column(open);
-        status =
-            x->state && x->seen ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a rod");
+        status = x->state && x->seen && x->rates[0]
+                     ? AD_OK
+                     : ad_fail(error, AD_NO_MEMORY, "out of memory for a rod");
     }
     if (status != AD_OK) {
         solve_recording_free(x);
@@ -100,9 +112,107 @@ void solve_recording_free(solve_recording *recording)
     if (recording) {
         reduced_free(recording->rod);
         free(recording->state);
+        free(recording->rates[0]);
+        free(recording->path);
         free(recording->seen);
         free(recording->change[0]);
         free(recording);
+    }
+}
+
+/* ---- inputs that ends follow --------------------------------------------------------------- */
+
+/* Samples have noise, of which accelerations are that over the square of their distance in time. */
+static void smooth(const solve_recording *x, const solve_inputs *inputs, size_t k, double *room)
+{
+    const size_t count = inputs->count, width = (size_t)x->parameters;
+    double *y = room, *slope = y + count, *rest = slope + count;
+    for (size_t i = 0; i < count; i++) {
+        slope[i] = inputs->values[i * width + k];
+    }
+    spline_smooth(count, inputs->t, slope, spline_noise(count, inputs->t, slope), y, rest);
+    spline_slopes(count, inputs->t, y, slope, rest);
+    for (size_t i = 0; i < count; i++) {
+        x->path[i * width + k] = y[i];
+        x->path[(count + i) * width + k] = slope[i];
+    }
+}
+
+/* q and -q are one rotation, but what goes from one to the other turns once around. */
+static ad_status check_sign(const solve_recording *x, const solve_inputs *inputs, bool end,
+                            ad_error *error)
+{
+    const scene_end *of = end ? &x->open->end : &x->open->start;
+    const scene_values names = scene_values_of(x->open);
+    const size_t width = (size_t)x->parameters;
+    double before[4];
+    for (size_t i = 0; i < inputs->count && of->rotation[0].is_given; i++) {
+        double same = 0;
+        for (size_t k = 0; k < 4; k++) {
+            const double now = scene_value_at(&names, of->rotation[k], inputs->values + i * width);
+            same += i > 0 ? now * before[k] : 1;
+            before[k] = now;
+        }
+        if (same < 0) {
+            return ad_fail(error, AD_BAD_INPUT,
+                           "boundary.%s.rotation changes its sign at t = %g s of the inputs; "
+                           "allowed: quaternions that go on, of which q and -q are one rotation",
+                           end ? "end" : "start", inputs->t[i]);
+        }
+    }
+    return AD_OK;
+}
+
+static ad_status find_path(solve_recording *x, const solve_inputs *inputs, ad_error *error)
+{
+    enum { ROOM = 8 };
+    const size_t count = inputs->count, width = (size_t)x->parameters;
+    const uint64_t which = reduced_followed(x->rod) & inputs->which;
+    memset(x->rates[0], 0, 2 * width * sizeof *x->rates[0]);
+    if (x->of == inputs) {
+        return AD_OK;
+    }
+    ad_status status = which ? check_sign(x, inputs, false, error) : AD_OK;
+    status = status == AD_OK && which ? check_sign(x, inputs, true, error) : status;
+    if (status != AD_OK) {
+        return status;
+    }
+    free(x->path);
+    x->of = NULL;
+    x->path = which ? malloc(count * (2 * width + ROOM) * sizeof *x->path) : NULL;
+    if (which && !x->path) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu samples", count);
+    }
+    for (size_t k = 0; k < width; k++) {
+        if (which >> k & 1) {
+            smooth(x, inputs, k, x->path + 2 * count * width);
+        }
+    }
+    x->of = inputs;
+    x->followed = which;
+    return AD_OK;
+}
+
+/* Inputs at a time, and the rates of those that ends follow. */
+static void inputs_at(const solve_recording *x, const solve_inputs *inputs, double t, size_t *at,
+                      double *values, double *rates)
+{
+    const size_t width = (size_t)x->parameters;
+    solve_inputs_at(inputs, x->parameters, t, at, values);
+    const size_t next = *at + 1 < inputs->count ? *at + 1 : *at;
+    const double h = inputs->t[next] - inputs->t[*at];
+    const double part = h > 0 ? fmin(1, fmax(0, (t - inputs->t[*at]) / h)) : 0;
+    for (size_t k = 0; k < width && x->followed; k++) {
+        if (x->followed >> k & 1) {
+            const double *y = x->path + k, *slope = y + inputs->count * width;
+            const double before = slope[*at * width], after = slope[next * width],
+                         from = y[*at * width];
+            const double chord = h > 0 ? (y[next * width] - from) / h : 0;
+            const double second = 3 * chord - 2 * before - after,
+                         third = before + after - 2 * chord;
+            values[k] = from + part * h * (before + part * (second + part * third));
+            rates[k] = before + part * (2 * second + 3 * part * third);
+        }
     }
 }
 
@@ -122,6 +232,9 @@ static ad_status step(solve_recording *x, double h, const double *now, const dou
 {
     const size_t n = (size_t)reduced_all_states(x->rod), m = (size_t)x->parameters,
                  count = x->count;
+    if (x->followed) {
+        reduced_follow(x->rod, x->rates[0], x->rates[1]);
+    }
     ad_status status =
         reduced_step_whole(x->rod, x->time, h, x->state, now, after, x->state,
                            count ? x->by_state : NULL, count ? x->by_inputs : NULL, error);
@@ -157,11 +270,12 @@ static ad_status go_on(solve_recording *x, const solve_inputs *inputs, double *n
         const double stop = sample < to - SAME * fmax(1, to) ? sample : to;
         const double begin = *t, h = (stop - begin) / parts;
         for (int i = 0; i < parts && status == AD_OK; i++) {
-            solve_inputs_at(inputs, x->parameters, i + 1 < parts ? begin + (i + 1) * h : stop, at,
-                            after);
+            inputs_at(x, inputs, i + 1 < parts ? begin + (i + 1) * h : stop, at, after,
+                      x->rates[1]);
             x->time = begin + i * h;
             status = step(x, h, now, after, error);
             memcpy(now, after, sizeof after);
+            memcpy(x->rates[0], x->rates[1], (size_t)x->parameters * sizeof *x->rates[0]);
         }
         *t = x->time = stop;
     }
@@ -296,8 +410,13 @@ static ad_status run(solve_recording *x, const solve_inputs *inputs, const doubl
     }
     x->time = 0;
     memcpy(now, parameters, (size_t)x->parameters * sizeof *now);
-    solve_inputs_at(inputs, x->parameters, 0, &at, now);
-    ad_status status = begin(x, now, x->state, error);
+    ad_status status = find_path(x, inputs, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    inputs_at(x, inputs, 0, &at, now, x->rates[0]);
+    reduced_follow(x->rod, x->followed ? x->rates[0] : NULL, x->rates[0]);
+    status = begin(x, now, x->state, error);
     status = status == AD_OK ? start_change(x, now, error) : status;
     for (size_t row = 0, end; row < rows && status == AD_OK; row = end) {
         ad_error reason;
@@ -306,6 +425,9 @@ static ad_status run(solve_recording *x, const solve_inputs *inputs, const doubl
             return ad_fail(error, status, "from t = %g s on: %s", time, reason.message);
         }
         reduced_remember(x->rod, x->state, now);
+        if (x->followed) {
+            reduced_follow(x->rod, x->rates[0], x->rates[0]);
+        }
         status = reduced_output(x->rod, x->time, x->state, now, x->seen,
                                 x->count ? x->by_seen : NULL, error);
         for (end = row; end < rows && t[end] == t[row]; end++) {

@@ -1,5 +1,7 @@
 /* A motion whose inputs were recorded: some parameters of the scene, such as angles of motors,
- * tensions or pressures, are columns over time, and go linearly from each sample to the next.
+ * tensions or pressures, are columns over time, and go linearly from each sample to the next. Those
+ * that an end of the rod follows go by the cubic spline through their samples instead, as the
+ * accelerations of ends act on the rod.
  *
  * It is followed by the reduced rod (physics/chain/reduced.h) from each sample to the next, with a
  * stop wherever something was measured, so that no step has a kink of an input inside. */

@@ -398,50 +398,77 @@ static void write_text(const char *name, const char *text)
     fclose(to);
 }
 
-/* The stiffness by which a recording was made is found from places in the middle, of which one unit
- * in the last place is the noise, to its deviation and what modes of recordings leave. */
-static void test_recording(void **state)
+enum { RECORDED_MOST = 5 };
+
+/* Writes recorded.csv: places at s of the motion of a scene, and what is recorded beside them. */
+static void record(const char *made, const solve_settings *asked, double duration, int samples,
+                   double s, const char *names, int count, void at_time(double t, double *values))
 {
-    (void)state;
-    enum { SAMPLES = 21 };
-    static const char made[] = PULLED_AT("'where(0.25 - t, 60*t, 30 - 60*t)'", "1") SETTLED;
-    const solve_settings asked = {.tolerance = 1e-6, .method = SOLVE_MODES};
+    enum { SAMPLES_MOST = 101 };
     ad_error error = {.message = ""};
     config *of = NULL;
     solution *motion = NULL;
     solve_report report;
-    cpinn_unknowns *found = NULL;
-    double times[SAMPLES];
-    for (int i = 0; i < SAMPLES; i++) {
-        times[i] = 0.5 * i / (SAMPLES - 1);
+    double times[SAMPLES_MOST], values[2 * RECORDED_MOST];
+    assert_true(samples <= SAMPLES_MOST && count <= RECORDED_MOST);
+    for (int i = 0; i < samples; i++) {
+        times[i] = duration * i / (samples - 1);
     }
     if (prepare_read("made.yaml", made, 0, NULL, &of, &error) != AD_OK ||
-        solution_create(&of->scene, &asked, SAMPLES, times, &motion, &report, &error) != AD_OK) {
+        solution_create(&of->scene, asked, (size_t)samples, times, &motion, &report, &error) !=
+            AD_OK) {
         fail_msg("%s", error.message);
     }
     FILE *to = fopen(at("recorded.csv"), "w");
     assert_non_null(to);
-    fputs("s,t,pull,x,y,z\n", to);
-    for (int i = 0; i < SAMPLES; i++) {
-        const double s = 0.5;
+    fprintf(to, "s,t,x,y,z,%s\n", names);
+    for (int i = 0; i < samples; i++) {
         double r[3];
         assert_int_equal(solution_evaluate(motion, 3, 1, &s, &times[i], r, &error), AD_OK);
-        fprintf(to, "%g,%.12g,%.12g,%.12g,%.12g,%.12g\n", s, times[i], pull_at(times[i]), r[0],
-                r[1], r[2]);
+        fprintf(to, "%g,%.12g,%.12g,%.12g,%.12g", s, times[i], r[0], r[1], r[2]);
+        at_time(times[i], values);
+        for (int k = 0; k < count; k++) {
+            fprintf(to, ",%.12g", values[k]);
+        }
+        fputc('\n', to);
     }
     fclose(to);
     solution_free(motion);
     config_free(of);
-    write_text("scene.yaml",
-               UNKNOWN SETTLED "data: [{quantity: position, file: recorded.csv, noise: 1.0e-5}]\n");
+}
+
+/* The stiffness of a scene of recorded.csv, of which 1e-5 is the noise. */
+static void find_stiffness(const char *text, const char *name)
+{
+    ad_error error = {.message = ""};
+    cpinn_unknowns *found = NULL;
+    write_text("scene.yaml", text);
     if (cpinn_identify_file(at("scene.yaml"), 0, NULL, 1, &found, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     const double e = cpinn_unknowns_value(found, 0), deviation = cpinn_unknowns_deviation(found, 0);
     cpinn_unknowns_free(found);
-    print_message("recorded: %.6f +- %.1e\n", e, deviation);
+    print_message("%s: %.6f +- %.1e\n", name, e, deviation);
     assert_near(e, 1, deviation);
     assert_true(deviation < 1e-2);
+}
+
+#define RECORDED "data: [{quantity: position, file: recorded.csv, noise: 1.0e-5}]\n"
+
+static void at_pull(double t, double *values)
+{
+    values[0] = pull_at(t);
+}
+
+/* The stiffness by which a recording was made is found from places in the middle, of which one unit
+ * in the last place is the noise, to its deviation and what modes of recordings leave. */
+static void test_recording(void **state)
+{
+    (void)state;
+    const solve_settings asked = {.tolerance = 1e-6, .method = SOLVE_MODES};
+    record(PULLED_AT("'where(0.25 - t, 60*t, 30 - 60*t)'", "1") SETTLED, &asked, 0.5, 21, 0.5,
+           "pull", 1, at_pull);
+    find_stiffness(UNKNOWN SETTLED RECORDED, "recorded");
 }
 
 /* Derivatives of a step by state and inputs against difference quotients, of steps solved to 1e-10;
@@ -495,6 +522,146 @@ static void test_reduced(void **state)
     config_free(given);
 }
 
+/* ---- ends that follow columns -------------------------------------------------------------- */
+
+/* An arch of two moved ends, of which the start goes along x and turns about x by twice an angle,
+ * and the end goes along z and turns about y; each by a formula of t, or an input. */
+#define MOVED_BY(x, a, z, b)                                                                       \
+    "rod: {model: cosserat, length: 1, section: {shape: circle, radius: 0.02}, material: "         \
+    "{youngs_modulus: \"1.0e7*e\", poissons_ratio: 0.45, density: 1000, relaxation_time: 0.01}, "  \
+    "rest: {curvature: [0, 1.2, 0]}}\n"                                                            \
+    "boundary:\n"                                                                                  \
+    "  start: {type: driven, position: [\"" x "\", 0, 0], rotation: [\"cos(" a ")\", \"sin(" a     \
+    ")\", 0, 0]}\n"                                                                                \
+    "  end: {type: driven, position: [\"(1 - cos(1.2))/1.2\", 0, \"sin(1.2)/1.2 - (" z             \
+    ")\"], rotation: [\"cos(0.6 + " b ")\", 0, \"sin(0.6 + " b ")\", 0]}\n"                        \
+    "loads: {gravity: [1, 2, 0]}\ntime: {duration: 1}\n"
+
+enum { MOVING = 4 };
+
+#define ENDS_MOVED MOVED_BY("0.1*sin(2*t)^2", "0.2*sin(3*t)^2", "0.1*sin(2*t)^2", "0.3*sin(2*t)^2")
+#define ENDS_RECORDED                                                                              \
+    "  x: {range: [-1, 1]}\n  a: {range: [-1, 1]}\n  z: {range: [-1, 1]}\n"                        \
+    "  b: {range: [-1, 1]}\n" MOVED_BY("x", "a", "z", "b")
+
+static void moved_ends(double t, double inputs[MOVING], double rates[MOVING])
+{
+    const double s2 = sin(2 * t), s3 = sin(3 * t);
+    const double by2 = 4 * s2 * cos(2 * t), by3 = 6 * s3 * cos(3 * t);
+    const double values[MOVING] = {0.1 * s2 * s2, 0.2 * s3 * s3, 0.1 * s2 * s2, 0.3 * s2 * s2};
+    const double of[MOVING] = {0.1 * by2, 0.2 * by3, 0.1 * by2, 0.3 * by2};
+    memcpy(inputs, values, sizeof values);
+    memcpy(rates, of, sizeof of);
+}
+
+/* Steps whose ends follow inputs by their values and rates are those whose ends are the formulas of
+ * t: what is left is Hermite's cubic over a step, of fourth order in values, of second in
+ * accelerations, and falls by 8 and more with half of the step. */
+static void test_followed(void **state)
+{
+    (void)state;
+    enum { MOST = 64 };
+    const double place = 0.5, duration = 0.8;
+    const reduced_settings settings = {
+        .modes = {4, 2, 2, 2}, .count = 1, .s = &place, .newton = 1e-10, .follows = true};
+    static const char *const texts[2] = {"parameters:\n  e: {range: [0.5, 1.5]}\n" ENDS_MOVED,
+                                         "parameters:\n  e: {range: [0.5, 1.5]}\n" ENDS_RECORDED};
+    double off[2] = {0}, fast[2] = {0};
+    for (int fine = 0; fine < 2; fine++) {
+        const int steps = fine ? 40 : 20;
+        const double h = duration / steps;
+        reduced_place seen[2];
+        for (int by = 0; by < 2; by++) {
+            ad_error error = {.message = ""};
+            config *given = NULL;
+            reduced_rod *rod = NULL;
+            double x[MOST], inputs[2][1 + MOVING] = {{0}}, rates[2][1 + MOVING] = {{0}};
+            if (prepare_read("followed.yaml", texts[by], 0, NULL, &given, &error) != AD_OK ||
+                reduced_create(&given->scene, &settings, &rod, &error) != AD_OK) {
+                fail_msg("%s", error.message);
+            }
+            assert_int_equal(reduced_followed(rod), by ? 30 : 0);
+            assert_true(reduced_states(rod) <= MOST);
+            for (int i = 0; i <= steps; i++) {
+                inputs[1][0] = 1;
+                if (by) {
+                    moved_ends(i * h, inputs[1] + 1, rates[1] + 1);
+                    reduced_follow(rod, rates[i > 0 ? 0 : 1], rates[1]);
+                }
+                if ((i > 0 ? reduced_step_linear(rod, (i - 1) * h, h, x, inputs[0], inputs[1], x,
+                                                 NULL, NULL, &error)
+                           : reduced_initial(rod, inputs[1], x, &error)) != AD_OK) {
+                    fail_msg("%s", error.message);
+                }
+                memcpy(inputs[0], inputs[1], sizeof inputs[0]);
+                memcpy(rates[0], rates[1], sizeof rates[0]);
+            }
+            if (by) {
+                reduced_follow(rod, rates[1], rates[1]);
+            }
+            assert_int_equal(reduced_output(rod, duration, x, inputs[1], &seen[by], NULL, &error),
+                             AD_OK);
+            reduced_free(rod);
+            config_free(given);
+        }
+        for (int k = 0; k < 3; k++) {
+            off[fine] = fmax(off[fine], fabs(seen[0].position[k] - seen[1].position[k]));
+            fast[fine] = fmax(fast[fine], fabs(seen[0].velocity[k] - seen[1].velocity[k]));
+        }
+    }
+    print_message("followed: off by %.1e, %.1e; velocity %.1e, %.1e\n", off[0], off[1], fast[0],
+                  fast[1]);
+    assert_true(off[1] < 1e-5 && fast[1] < 1e-4);
+    assert_true(off[1] < off[0] / 8 && fast[1] < fast[0] / 8);
+}
+
+static void at_ends(double t, double *values)
+{
+    double rates[MOVING];
+    moved_ends(t, values, rates);
+}
+
+#define KNOWS_COLUMNS                                                                              \
+    "parameters:\n  e: {identify: 0.7, range: [0.4, 2]}\n  X: {range: [-1, 1]}\n"                  \
+    "  a: {range: [-4, 4]}\n  Z: {range: [-1, 1]}\n  b: {range: [-1, 1]}\n" MOVED_BY(              \
+        "X", "a", "Z", "b") RECORDED
+
+/* The stiffness of a rod whose ends were moved, by columns of its ends 50 times a second. The modes
+ * are those of recordings, so that what goes between the samples is all that differs. */
+static void test_recorded_ends(void **state)
+{
+    (void)state;
+    const solve_settings asked = {.tolerance = 1e-6, .method = SOLVE_MODES, .modes = {5, 3, 3, 2}};
+    record("parameters: {e: 1}\n" ENDS_MOVED, &asked, 1, 51, 0.5, "X,a,Z,b", MOVING, at_ends);
+    find_stiffness(KNOWS_COLUMNS, "ends that follow columns");
+}
+
+/* A row without a number, and a quaternion that goes on as its opposite. */
+static void test_bad_columns(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *row, *message;
+    } rows[] = {{"0.5,0.04,0,0,0,,0,0,0", "recorded.csv: row 3 has no X; an input is given in "},
+                {"0.5,0.04,0,0,0,0,3,0,0",
+                 "boundary.start.rotation changes its sign at t = 0.04 s of the inputs; allowed: "
+                 "quaternions that go on, of which q and -q are one rotation"}};
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        ad_error error = {.message = ""};
+        cpinn_unknowns *found = NULL;
+        char text[512];
+        snprintf(text, sizeof text,
+                 "s,t,x,y,z,X,a,Z,b\n0.5,0,0,0,0,0,0,0,0\n0.5,0.02,0,0,0,0,0.1,0,0\n%s\n",
+                 rows[i].row);
+        write_text("recorded.csv", text);
+        write_text("scene.yaml", KNOWS_COLUMNS);
+        assert_int_not_equal(cpinn_identify_file(at("scene.yaml"), 0, NULL, 1, &found, &error),
+                             AD_OK);
+        print_message("%s\n", error.message);
+        assert_non_null(strstr(error.message, rows[i].message));
+    }
+}
+
 /* ---- what has no motion -------------------------------------------------------------------- */
 
 /* A rod that does not stretch between two ends as far apart as it is long, at once or at the end of
@@ -535,14 +702,12 @@ static void test_refused(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_derivatives),
-                                       cmocka_unit_test(test_frequencies),
-                                       cmocka_unit_test(test_spectral_elements),
-                                       cmocka_unit_test(test_equilibrium),
-                                       cmocka_unit_test(test_accelerations),
-                                       cmocka_unit_test(test_steps),
-                                       cmocka_unit_test(test_recording),
-                                       cmocka_unit_test(test_reduced),
-                                       cmocka_unit_test(test_refused)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_derivatives),       cmocka_unit_test(test_frequencies),
+        cmocka_unit_test(test_spectral_elements), cmocka_unit_test(test_equilibrium),
+        cmocka_unit_test(test_accelerations),     cmocka_unit_test(test_steps),
+        cmocka_unit_test(test_recording),         cmocka_unit_test(test_reduced),
+        cmocka_unit_test(test_followed),          cmocka_unit_test(test_recorded_ends),
+        cmocka_unit_test(test_bad_columns),       cmocka_unit_test(test_refused)};
     return cmocka_run_group_tests(tests, make_directory, remove_directory);
 }
