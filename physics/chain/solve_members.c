@@ -125,6 +125,22 @@ size_t solve_members_nodes(const solve_members *members)
     return (size_t)one->level[one->modes].form->nodes;
 }
 
+size_t solve_members_width(const solve_members *members)
+{
+    return (size_t)strain_group_width(members->groups[0]);
+}
+
+double solve_members_torsion(const solve_members *members)
+{
+    const rod_scales *scales = &members->groups[0]->rod->scales;
+    return scales->moment * scales->length;
+}
+
+size_t solve_members_numbers(const solve_members *members)
+{
+    return solve_members_width(members) * solve_members_nodes(members);
+}
+
 void solve_members_places(const solve_members *members, double *s)
 {
     const strain_group *one = members->groups[0];
@@ -167,7 +183,7 @@ static ad_status run_group(void *context, int item, int thread, ad_error *error)
     solve_members *solver = of->x;
     strain_group *group = solver->groups[thread];
     const size_t first = LANES * (size_t)item, left = of->members - first;
-    const size_t members = left < LANES ? left : LANES, unknowns = 3 * solve_members_nodes(solver);
+    const size_t members = left < LANES ? left : LANES, unknowns = solve_members_numbers(solver);
     const double *parameters = of->parameters + first * (size_t)solver->count;
     double *values = after(of->values, first * solver->points * SOLVE_MEMBERS_COLUMNS);
     double *curvature = after(of->curvature, first * unknowns);
@@ -191,7 +207,7 @@ static ad_status run(batch *of, ad_error *error)
         void *data;
         size_t bytes; /* of a member */
     } wanted[] = {{of->values, members->points * SOLVE_MEMBERS_COLUMNS * sizeof(double)},
-                  {of->curvature, 3 * solve_members_nodes(members) * sizeof(double)},
+                  {of->curvature, solve_members_numbers(members) * sizeof(double)},
                   {of->results, sizeof *of->results},
                   {of->answers, sizeof *of->answers},
                   {of->margin, SOLVE_MARGINS * sizeof *of->margin},
@@ -332,7 +348,7 @@ static void derive_group(void *context, int item, int thread)
     if (by->status == AD_OK) {
         by->status = strain_jacobian_run(
             by->jacobian, left < LANES ? left : LANES, of->parameters + first * count,
-            of->curvature + first * 3 * solve_members_nodes(x), of->from, &to, &by->error);
+            of->curvature + first * solve_members_numbers(x), of->from, &to, &by->error);
     }
 }
 

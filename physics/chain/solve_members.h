@@ -14,9 +14,10 @@
  * pulls grow together from 0, as long as that is stable. One that is not solved may still have an
  * equilibrium, which solution_create with its numbers (scene_member) looks for. Places where
  * something jumps cut the rod into pieces, and the time is that of a piece times their number. It
- * is that of a full matrix with friction of tendons; with springs or a foundation, which do not
- * grow with the loads; or with an end that is held, which moves to its place. Tendons of given
- * displacement are pulled with the loads, too; each takes the time of one more right side.
+ * is that of a full matrix with friction of tendons or with concentric tubes. So it is with springs
+ * or a foundation, which do not grow with the loads, or with an end that is held, which moves to
+ * its place. Tendons of given displacement are pulled with the loads, too; each takes the time of
+ * one more right side.
  */
 #ifndef PHYSICS_CHAIN_SOLVE_MEMBERS_H
 #define PHYSICS_CHAIN_SOLVE_MEMBERS_H
@@ -70,9 +71,8 @@ typedef struct solve_members solve_members;
 
 /* Of a scene with parameters, or without any. AD_BAD_INPUT: a scene that the checks refuse, or a
  * parameter where it has one number for all. AD_BAD_ARGUMENT: what only solution_create solves:
- * motions, beams, starts that are not clamped, ends that an angle turns, tubes, friction of tendons
- * where something jumps. AD_NO_MEMORY. The scene is copied, its
- * formulas must outlive the members. */
+ * motions, beams, starts that are not clamped, ends that an angle turns, friction of tendons where
+ * something jumps. AD_NO_MEMORY. The scene is copied, its formulas must outlive the members. */
 ad_status solve_members_create(const scene *open, const solve_members_settings *settings,
                                solve_members **result, ad_error *error);
 void solve_members_free(solve_members *members); /* NULL is allowed */
@@ -113,10 +113,18 @@ ad_status solve_members_solve(solve_members *solver, size_t members, const doubl
  * it. */
 size_t solve_members_nodes(const solve_members *members);
 
+/* How many numbers of a member are given and taken at each of them: its curvature, then the torsion
+ * of each tube, over the scale of bending stiffness (rod_scales), 1/m; 0 beyond its end. What is
+ * called curvature here has them all, [members][nodes][width]. */
+size_t solve_members_width(const solve_members *members);
+size_t solve_members_numbers(const solve_members *members); /* at all of them */
+
+double solve_members_torsion(const solve_members *members); /* what 1/m of it is, N m */
+
 /* s [nodes], m, ascending. */
 void solve_members_places(const solve_members *members, double *s);
 
-/* As solve_members_solve, and curvature [members][nodes][3], not numbers where a member is not
+/* As solve_members_solve, and curvature [members][nodes][width], not numbers where a member is not
  * solved. values, curvature may be NULL. */
 ad_status solve_members_curvature(solve_members *solver, size_t members, const double *parameters,
                                   double *values, double *curvature, solve_member *results,
@@ -186,10 +194,10 @@ typedef struct solve_answer {
     solve_doubt reason; /* else */
 } solve_answer;
 
-/* From curvature [members][nodes][3] that somebody else has found: 0, 1 or 2 steps of Newton's
- * method. values [members][points][SOLVE_MEMBERS_COLUMNS] and refined [members][nodes][3] of what
- * is then, answers [members]; each may be NULL, and without answers and steps no matrix is made.
- * steps = -1: refined is what a step makes of the curvature, the rest as with 0. Bits as in
+/* From curvature [members][nodes][width] that somebody else has found: 0, 1 or 2 steps of Newton's
+ * method. values [members][points][SOLVE_MEMBERS_COLUMNS] and refined [members][nodes][width] of
+ * what is then, answers [members]; each may be NULL, and without answers and steps no matrix is
+ * made. steps = -1: refined is what a step makes of the curvature, the rest as with 0. Bits as in
  * solve_members_solve. */
 ad_status solve_members_refine(solve_members *solver, size_t members, const double *parameters,
                                const double *curvature, int steps, double *values, double *refined,

@@ -1,6 +1,7 @@
 /* What a curvature from elsewhere is worth (solve_members.h): Newton's steps from there, and how
  * far the rod is from its equilibrium. */
 #include "physics/chain/strain_group.h"
+#include "physics/chain/strain_tubes.h"
 #include "physics/local/complement.h"
 #include "physics/local/strain_algebra.h"
 
@@ -18,20 +19,36 @@ typedef struct question {
     double predicted[LANES], left[LANES];
 } question;
 
+/* The torsion of tubes at s = 0 is that of their polynomial there. */
+static void set_bases(strain_form *form)
+{
+    double value[GAUSS_STAGES_MAX];
+    gauss_lagrange(&form->rule, 0, value);
+    for (int k = 0; k < form->kind.tubes; k++) {
+        strain_tube *of = &form->tubes[k];
+        of->base = NO_LANES;
+        for (int j = 0; j < form->kind.stages; j++) {
+            of->base += value[j] * of->torsion[j];
+        }
+    }
+}
+
 static void set_curvature(strain_group *group, size_t members, const double *curvature)
 {
     strain_level *level = &group->level[group->modes];
     strain_form *fine = group->level[group->modes + STRAIN_BEYOND].form;
-    const size_t unknowns = (size_t)level->form->elastic;
+    const int width = strain_group_width(group), numbers = width * level->form->nodes;
     strain_level_rest(level); /* v is sought from there */
     memset(level->form->still, 0, sizeof level->form->still);
     memset(fine->still, 0, sizeof fine->still);
     for (size_t lane = 0; lane < LANES; lane++) {
-        const double *from = curvature + lane % members * unknowns;
-        for (size_t i = 0; i < unknowns; i++) {
-            level->form->at[i / 3].u[i % 3][lane] = from[i] * group->rod->scales.length;
+        const double *from = curvature + lane % members * (size_t)numbers;
+        for (int i = 0; i < numbers; i++) {
+            (*strain_number(level->form, i / width, i % width))[lane] =
+                from[i] * group->rod->scales.length;
         }
     }
+    set_bases(level->form);
 }
 
 /* Forces that hold the end, and tensions, are those with which the equations are met best. */
@@ -107,10 +124,14 @@ ad_status strain_group_take(strain_group *group, size_t members, const double *p
 static void put_curvature(const question *q, bool stepped, double *refined)
 {
     const strain_form *form = q->level->form;
+    const int width = strain_group_width(q->group);
     for (size_t lane = 0; lane < q->members; lane++) {
-        for (int i = 0; i < form->elastic; i++) {
-            const double step = stepped ? form->right[i][lane] : 0;
-            *refined++ = (form->at[i / 3].u[i % 3][lane] - step) / q->group->rod->scales.length;
+        for (int i = 0; i < width * form->nodes; i++) {
+            const int node = i / width, k = i % width;
+            const int row = k < 3 ? 3 * node + k : torsion_at(form, node, k - 3);
+            const double step = stepped ? form->right[row][lane] : 0;
+            *refined++ =
+                ((*strain_number(form, node, k))[lane] - step) / q->group->rod->scales.length;
         }
     }
 }
@@ -174,13 +195,16 @@ static void step(question *q, int k, bool stays)
     }
 }
 
-/* Forces of laws at places and of ends that are held, and tensions, in `right` of both. */
+/* Forces of laws at places and of ends that are held, tensions, and torsions at s = 0, in `right`
+ * of both. */
 static void copy_forces(const strain_form *from, strain_form *to)
 {
     memcpy(to->right + to->elastic, from->right + from->elastic,
            (size_t)from->holding * sizeof *to->right);
     memcpy(to->right + to->tension_at, from->right + from->tension_at,
            (size_t)from->tension_count * sizeof *to->right);
+    memcpy(to->right + to->tube_at, from->right + from->tube_at,
+           (size_t)from->kind.tubes * sizeof *to->right);
     for (int k = 0; k < from->place_count; k++) {
         const int first = from->places[k].unknown;
         if (first >= 0) {
@@ -198,10 +222,12 @@ static void approach(question *q)
     strain_form *form = q->level->form, *fine = q->fine->form;
     lanes *more = group->start, *there = group->before;
     const bool pushed = form->push_at >= 0;
-    const int from[3] = {0, pushed ? form->push_at : 0, form->angle_at};
-    const int to[3] = {0, pushed ? fine->push_at : 0, fine->angle_at};
-    const int width[3] = {3, pushed ? 3 : 0, form->rub_count};
-    for (int k = 0; k < 3; k++) {
+    const int tubes = form->kind.tubes;
+    const int from[] = {0, pushed ? form->push_at : 0, form->angle_at, form->tube_at + tubes};
+    const int to[] = {0, pushed ? fine->push_at : 0, fine->angle_at, fine->tube_at + tubes};
+    const int width[] = {3, pushed ? 3 : 0, form->rub_count, tubes};
+    enum { KINDS = sizeof width / sizeof *width };
+    for (int k = 0; k < KINDS; k++) {
         strain_level_sample(&group->back, q->fine, q->level, width[k], fine->right + to[k],
                             form->right + from[k]);
     }
@@ -214,7 +240,7 @@ static void approach(question *q)
     for (int i = 0; i < form->unknowns; i++) {
         more[i] = form->right[i] - more[i];
     }
-    for (int k = 0; k < 3; k++) {
+    for (int k = 0; k < KINDS; k++) {
         strain_level_sample(&group->beyond, q->level, q->fine, width[k], more + from[k], there);
         for (int i = 0; i < width[k] * fine->nodes; i++) {
             fine->right[to[k] + i] += there[i];

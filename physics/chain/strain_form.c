@@ -91,6 +91,8 @@ static void number_unknowns(strain_form *form)
     }
     form->angle_at = form->unknowns;
     form->unknowns += form->rub_count * form->nodes;
+    form->tube_at = form->unknowns;
+    form->unknowns += kind->tubes * (form->nodes + 1);
 }
 
 /* After all others, which have the matrix. */
@@ -177,6 +179,31 @@ static bool add_rubs(strain_form *form)
     return true;
 }
 
+static bool add_tubes(strain_form *form)
+{
+    enum { EACH = 2 + LAW_TUBE_GIVEN + 3 + LAW_WRENCH + LAW_STIFFNESS };
+    const size_t count = (size_t)form->kind.tubes, nodes = (size_t)form->nodes;
+    AD_TAKE(form, tubes, count);
+    AD_TAKE(form, tube_room, count * nodes * EACH);
+    AD_TAKE(form, tube_turned, count > 0 ? nodes : 0);
+    if (form->memory.is_short) {
+        return false;
+    }
+    lanes *room = form->tube_room;
+    for (size_t k = 0; k < count; k++, room += EACH * nodes) {
+        lanes *laws = room + 2 * nodes;
+        form->tubes[k] = (strain_tube){
+            .end = form->kind.extents[form->kind.actuators + (int)k].end,
+            .torsion = room,
+            .measured = room + nodes,
+            .numbers = (lanes(*)[LAW_TUBE_GIVEN])laws,
+            .turn = (lanes(*)[3])(laws + LAW_TUBE_GIVEN * nodes),
+            .gradient = (lanes(*)[LAW_WRENCH])(laws + (LAW_TUBE_GIVEN + 3) * nodes),
+            .second = (lanes(*)[LAW_STIFFNESS])(laws + (LAW_TUBE_GIVEN + 3 + LAW_WRENCH) * nodes)};
+    }
+    return true;
+}
+
 ad_status strain_form_create(const strain_kind *kind, strain_form **result, ad_error *error)
 {
     *result = NULL;
@@ -230,7 +257,7 @@ ad_status strain_form_create(const strain_kind *kind, strain_form **result, ad_e
         }
     }
     set_magnus(form);
-    if (!add_tensions(form) || !add_rubs(form)) {
+    if (!add_tensions(form) || !add_rubs(form) || !add_tubes(form)) {
         strain_form_free(form);
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu nodes", nodes);
     }
@@ -302,6 +329,11 @@ lanes *strain_form_unknown(strain_form *form, int i)
     const int angle = i - form->angle_at;
     if (angle >= 0 && angle < form->rub_count * form->nodes) {
         return &form->rubs[angle % form->rub_count].angle[angle / form->rub_count];
+    }
+    const int torsion = i - form->tube_at, tubes = form->kind.tubes;
+    if (torsion >= 0 && torsion < tubes * (form->nodes + 1)) {
+        strain_tube *tube = &form->tubes[torsion % tubes];
+        return torsion < tubes ? &tube->base : &tube->torsion[torsion / tubes - 1];
     }
     for (int k = 0; k < form->place_count; k++) {
         const int at = form->places[k].unknown;

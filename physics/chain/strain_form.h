@@ -12,7 +12,8 @@
  * no derivative in s, and the clamp and a loaded end are met exactly. Forces that the shape does
  * not give by itself are unknowns, too: at an end that is held, of laws that depend on the place,
  * tensions of tendons whose length is given, and angles by which those with friction have turned,
- * as these say how strongly they pull; and where s = 0 does not hold the pose, that is.
+ * as these say how strongly they pull; the torsion of concentric tubes; and where s = 0 does not
+ * hold the pose, that is.
  *
  * Magnus: Blanes, Casas, Oteo, Ros, Physics Reports 470 (2009), eq. 253, whose Y' = A Y is R^T here
  * with A = -u^: commutators change their sign.
@@ -23,6 +24,7 @@
 #define PHYSICS_CHAIN_STRAIN_FORM_H
 
 #include "autodiff/memory.h"
+#include "physics/law/law.h"
 #include "physics/local/acting_lanes.h"
 #include "physics/local/static_rod.h"
 #include "physics/numerics/quaternion_lanes.h"
@@ -68,6 +70,21 @@ typedef struct strain_rub {
     lanes (*tangent)[3];          /* [nodes] world */
     lanes (*across)[3];           /* [nodes] the direction in which it turns */
 } strain_rub;
+
+/* Numbers of the law of a tube: K, k, 1/G. */
+enum { TUBE_REST = 2, TUBE_SOFTNESS = 5 };
+
+/* A concentric tube, whose torsion is sought (strain_tubes.h); 0 where it is not. */
+typedef struct strain_tube {
+    double end;
+    lanes turned, yielding;           /* theta at s = 0, and by how much torsion there turns it */
+    lanes base, base_measured;        /* torsion there, sought and what the shape makes of it; */
+    lanes *torsion, *measured;        /* [nodes] the same there */
+    lanes (*numbers)[LAW_TUBE_GIVEN]; /* [nodes] of the law */
+    lanes (*turn)[3];                 /* [nodes] cos theta, sin theta, m */
+    lanes (*gradient)[LAW_WRENCH];    /* [nodes] of its energy, */
+    lanes (*second)[LAW_STIFFNESS];   /* [nodes] and second derivatives */
+} strain_tube;
 
 /* What acts at an edge, and the rod there, before it. */
 typedef struct strain_edge {
@@ -119,17 +136,19 @@ typedef struct strain_sources {
     lanes (*edges)[2][3];  /* [elements + 1] force and moment there */
     lanes (*places)[3];    /* [place_count] as push */
     lanes start[2][3],
-        end[2][3];           /* position and turn of the beginning, and of what holds the end */
-    lanes *lengths;          /* [tension_count] by how much tendons are shorter */
-    lanes (*tangents)[3];    /* [rub_count][nodes] of those with friction, body */
-    lanes (*steps)[3][3][3]; /* of each step of Magnus (step_change) */
+        end[2][3];              /* position and turn of the beginning, and of what holds the end */
+    lanes *lengths;             /* [tension_count] by how much tendons are shorter */
+    lanes (*tangents)[3];       /* [rub_count][nodes] of those with friction, body */
+    lanes (*tubes)[LAW_WRENCH]; /* [tubes][nodes] of the gradient of a tube's energy */
+    lanes *bases;               /* [tubes] theta at s = 0 */
+    lanes (*steps)[3][3][3];    /* of each step of Magnus (step_change) */
 } strain_sources;
 
 /* What rods of one form have in common. */
 typedef struct strain_kind {
-    int stages, elements, actuators;
+    int stages, elements, actuators, tubes;
     const double *edges;         /* [elements + 1] */
-    const solve_extent *extents; /* [actuators]; of actuators */
+    const solve_extent *extents; /* [actuators], of actuators, and [tubes] */
     const scene_law *law;        /* of the section; NULL: linear */
     double length, force;        /* its units, as of rod_scales */
     bool shears;                 /* a compliance of v is not 0 */
@@ -176,6 +195,8 @@ typedef struct strain_form {
     strain_rub *rubs;      /* [rub_count] */
     int rub_count;
     lanes *rub_room;                    /* theirs */
+    strain_tube *tubes;                 /* [kind.tubes] */
+    lanes *tube_room, *tube_turned;     /* theirs; [nodes] how one of them turns */
     lanes (*strained)[6], (*turned)[3]; /* [nodes] how points change, of a direction */
     double slope[GAUSS_STAGES_MAX][GAUSS_STAGES_MAX]; /* d/ds at points, times the width */
     lanes start_r[3], start_q[4];
@@ -185,6 +206,7 @@ typedef struct strain_form {
     /* First unknowns of three each; -1: there are none. */
     int force_at, moment_at, push_at;
     int angle_at;       /* of those of one node after the other, of each tendon */
+    int tube_at;        /* of torsions, those at s = 0 and of one node after the other */
     lanes by_end[3][3]; /* change of M at s = 1 by a turn */
     lanes held[3][3];   /* of the conditions of turns at s = 1 by a turn */
     lanes *matrix;    /* [elements][3 stages][3 stages] blocks, or [unknowns][unknowns]; columns */

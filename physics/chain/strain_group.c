@@ -303,15 +303,16 @@ void strain_group_put(const strain_group *group, int lane, double *values)
 static void put_curvature(const strain_group *group, int k, int lane, double *curvature)
 {
     const strain_link *link = &group->sample[k];
-    const int stages = group->level[k].stages;
+    const strain_form *form = group->level[k].form;
+    const int stages = group->level[k].stages, width = strain_group_width(group);
     for (int i = 0; i < group->level[group->modes].form->nodes; i++) {
-        const strain_node *at = group->level[k].form->at + link->element[i] * stages;
-        for (int c = 0; c < 3; c++) {
+        const int first = link->element[i] * stages;
+        for (int c = 0; c < width; c++) {
             double sum = 0;
             for (int j = 0; j < stages; j++) {
-                sum += link->value[i][j] * at[j].u[c][lane];
+                sum += link->value[i][j] * (*strain_number(form, first + j, c))[lane];
             }
-            curvature[3 * i + c] = sum / group->rod->scales.length;
+            curvature[width * i + c] = sum / group->rod->scales.length;
         }
     }
 }
@@ -329,7 +330,8 @@ static void finish(strain_group *group, int k, const double *moved, bool *wanted
                    double *values, double *curvature, solve_member *results)
 {
     const size_t width = (size_t)group->level[k].outputs * SOLVE_MEMBERS_COLUMNS;
-    const size_t unknowns = (size_t)group->level[group->modes].form->elastic;
+    const size_t unknowns =
+        (size_t)strain_group_width(group) * (size_t)group->level[group->modes].form->nodes;
     bool evaluated = !values;
     for (int lane = 0; lane < LANES; lane++) {
         const bool met = moved[lane] <= group->tolerance;
@@ -425,7 +427,7 @@ ad_status strain_group_solve(strain_group *group, size_t members, const double *
                              ad_error *error)
 {
     const int width = group->level[0].outputs * SOLVE_MEMBERS_COLUMNS;
-    const int unknowns = group->level[group->modes].form->elastic;
+    const int unknowns = strain_group_width(group) * group->level[group->modes].form->nodes;
     bool wanted[LANES];
     ad_status status = strain_group_parameters(group, members, parameters, error);
     for (size_t lane = 0; lane < LANES; lane++) {

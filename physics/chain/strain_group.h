@@ -34,6 +34,18 @@ typedef struct strain_group {
     ad_memory memory;
 } strain_group;
 
+/* How many numbers a member has at a point: its curvature, and the torsions of its tubes, these
+ * over the scale of bending stiffness; and the k-th. */
+static inline int strain_group_width(const strain_group *group)
+{
+    return 3 + group->rod->tubes;
+}
+
+static inline lanes *strain_number(const strain_form *form, int node, int k)
+{
+    return k < 3 ? &form->at[node].u[k] : &form->tubes[k - 3].torsion[node];
+}
+
 /* Meshes between edges [elements + 1] within [0, 1], for shapes at s [outputs] there;
  * own_curvature: as of solve_members_settings. The rod is the group's from then on, also after an
  * error. AD_NO_MEMORY, errors of formulas. */

@@ -2,6 +2,7 @@
 
 #include "physics/chain/strain_inline.h"
 #include "physics/chain/strain_jacobian_internal.h"
+#include "physics/chain/strain_tubes.h"
 
 #include <stdlib.h>
 
@@ -31,12 +32,15 @@ static void allocate_lanes(strain_jacobian *x)
     const size_t places = (size_t)form->place_count, rubs = (size_t)form->rub_count;
     const size_t finer = (size_t)fine->nodes, outputs = (size_t)fine_of(x)->outputs;
     const size_t unknowns = (size_t)form->unknowns, tensions = (size_t)form->tension_count;
+    const size_t tubes = (size_t)form->kind.tubes;
     const size_t finer_edges = (size_t)fine->kind.elements + 1;
     AD_TAKE(x, sources.points, nodes);
     AD_TAKE(x, sources.edges, edges);
     AD_TAKE(x, sources.places, places);
     AD_TAKE(x, sources.lengths, tensions);
     AD_TAKE(x, sources.tangents, rubs * nodes);
+    AD_TAKE(x, sources.tubes, tubes * nodes);
+    AD_TAKE(x, sources.bases, tubes);
     AD_TAKE(x, sources.steps, nodes + edges);
     AD_TAKE(x, softness, nodes);
     AD_TAKE(x, sought, unknowns);
@@ -125,14 +129,15 @@ PROCESSOR_INLINE void soften(strain_form *form, int node, softness *to)
 {
     strain_node *at = &form->at[node];
     const strain_point *point = &form->points[node];
-    lanes soft[3][3];
+    lanes soft[3][3], tubes[3];
     pulling pull;
     pull_all(form, node, &pull);
+    tube_moment(form, node, tubes);
     lanes_to_body(at->R, at->N, to->left);
     lanes_to_body(at->R, at->M, to->left + 3);
     for (int i = 0; i < 3; i++) {
         to->left[i] -= pull.wrench[i];
-        to->left[3 + i] -= pull.wrench[3 + i];
+        to->left[3 + i] -= pull.wrench[3 + i] + tubes[i];
         for (int j = 0; j < 3; j++) {
             soft[i][j] = (i == j) + point->compliance[i] * pull.stiffness[law_entry(i, j)];
             to->turned[i][j] = pull.stiffness[law_entry(3 + i, j)];
@@ -289,6 +294,21 @@ PROCESSOR_INLINE void change_tangents(strain_jacobian *x)
     }
 }
 
+PROCESSOR_INLINE void change_tubes(strain_jacobian *x)
+{
+    const strain_form *form = level_of(x)->form, *by = x->by.form;
+    for (int k = 0; k < form->kind.tubes; k++) {
+        const strain_tube *of = &form->tubes[k], *change = &by->tubes[k];
+        lanes(*to)[LAW_WRENCH] = x->sources.tubes + k * form->nodes;
+        memset(to, 0, (size_t)form->nodes * sizeof *to);
+        for (int i = 0; i < form->nodes; i++) {
+            lanes_law_tube_wrench_change(form->at[i].u, of->turn[i], of->numbers[i],
+                                         change->numbers[i], to[i]);
+        }
+        x->sources.bases[k] = change->turned + change->yielding * of->base;
+    }
+}
+
 FOR_EACH_PROCESSOR static void find_sources(strain_jacobian *x)
 {
     const strain_level *level = level_of(x);
@@ -299,6 +319,7 @@ FOR_EACH_PROCESSOR static void find_sources(strain_jacobian *x)
     }
     change_lengths(x);
     change_tangents(x);
+    change_tubes(x);
     memcpy(to->start[0], by->start_r, sizeof by->start_r);
     memcpy(to->end[0], x->by.full_r, sizeof x->by.full_r);
     turn_of(form->start_q, by->start_q, to->start[1]);

@@ -3,6 +3,7 @@
 #include "physics/chain/solve_members.h"
 #include "physics/chain/strain_inline.h"
 #include "physics/local/mesh.h"
+#include "physics/rod/rod_internal.h"
 
 #include <stdlib.h>
 
@@ -19,6 +20,7 @@ static bool allocate(strain_level *level, const solve_rod *rod)
     AD_TAKE(level, s, nodes);
     AD_TAKE(level, bent, nodes);
     AD_TAKE(level, pulls, nodes * (size_t)rod->actuators + 1);
+    AD_TAKE(level, curved, nodes * (size_t)rod->tubes);
     AD_TAKE(level, along, nodes * (size_t)rod->along.numbers + 1);
     AD_TAKE(level, numbers, (size_t)rod->jumps.numbers + 1);
     AD_TAKE(level, output, (size_t)level->outputs + 1);
@@ -96,6 +98,16 @@ static void put(lanes *to, int lane, size_t count, const double *from)
     }
 }
 
+static void put_tube(strain_level *level, int k, int node, int lane, const solve_actuator *from)
+{
+    strain_tube *to = &level->form->tubes[k];
+    put(to->numbers[node], lane, 2, from->bending);
+    put(&to->numbers[node][TUBE_SOFTNESS], lane, 1, &from->softness);
+    put(level->curved[k * level->form->nodes + node], lane, 3, from->curvature);
+    level->turned[k][lane] = from->turned;
+    to->yielding[lane] = from->yielding;
+}
+
 static void put_actuators(strain_level *level, int node, int lane, const solve_actuator *from)
 {
     const strain_kind *kind = &level->form->kind;
@@ -112,6 +124,9 @@ static void put_actuators(strain_level *level, int node, int lane, const solve_a
     }
     for (int k = 0; k < level->form->rub_count; k++) {
         level->form->rubs[k].friction[lane] = from[level->form->rubs[k].actuator].friction;
+    }
+    for (int k = 0; k < kind->tubes; k++) {
+        put_tube(level, k, node, lane, &from[kind->actuators + k]);
     }
 }
 
@@ -171,6 +186,12 @@ static void copy_part(strain_level *level, solve_part part, int node)
                actuators * sizeof *level->form->actuators);
         memcpy(level->pulls + (size_t)node * actuators, level->pulls,
                actuators * sizeof *level->pulls);
+        for (int k = 0; k < level->form->kind.tubes; k++) {
+            lanes(*curved)[3] = level->curved + k * level->form->nodes;
+            lanes(*numbers)[LAW_TUBE_GIVEN] = level->form->tubes[k].numbers;
+            memcpy(numbers[node], numbers[0], sizeof *numbers);
+            memcpy(curved[node], curved[0], sizeof *curved);
+        }
     }
 }
 
@@ -301,7 +322,8 @@ static ad_status create_form(strain_level *level, const solve_rod *rod, bool is_
     const scene_properties made = scene_properties_of(&rod->scene);
     const strain_kind kind = {.stages = level->stages,
                               .elements = level->elements,
-                              .actuators = rod->actuators,
+                              .actuators = rod->actuators - rod->tubes,
+                              .tubes = rod->tubes,
                               .edges = level->edges,
                               .extents = rod->extents,
                               .shears = !scene_locks(made.strain_stiffness[0]) ||
@@ -389,6 +411,28 @@ PROCESSOR_INLINE void allow_lengths(strain_level *level, const lanes *factor)
     }
 }
 
+/* On the way tubes become curved and are turned as rod_tube_shape_share and rod_tube_turn_share
+ * say; without load they have the shape of the rod. */
+PROCESSOR_INLINE void load_tubes(strain_level *level, const lanes *factor)
+{
+    strain_form *form = level->form;
+    lanes shape, turn;
+    for (int lane = 0; lane < LANES; lane++) {
+        shape[lane] = rod_tube_shape_share((*factor)[lane]);
+        turn[lane] = rod_tube_turn_share((*factor)[lane]);
+    }
+    for (int k = 0; k < form->kind.tubes; k++) {
+        form->tubes[k].turned = turn * level->turned[k];
+        for (int i = 0; i < form->nodes; i++) {
+            const lanes *whole = level->curved[k * form->nodes + i],
+                        *rest = form->points[i].rest + 3;
+            for (int c = 0; c < 3; c++) {
+                form->tubes[k].numbers[i][TUBE_REST + c] = rest[c] + shape * (whole[c] - rest[c]);
+            }
+        }
+    }
+}
+
 /* What grows with the load, in proportion to it. */
 PROCESSOR_INLINE void load_given(strain_level *level, const lanes *factor)
 {
@@ -412,6 +456,7 @@ PROCESSOR_INLINE void load_given(strain_level *level, const lanes *factor)
             form->rubs[k].pull[i] = at->given[ACTUATOR_PULL];
         }
     }
+    load_tubes(level, factor);
     const acting *along = form->kind.along;
     for (int i = 0; i < form->nodes && along->count > 0; i++) {
         acting_lanes_on_way(along, level->along + i * along->numbers, factor,
@@ -535,6 +580,10 @@ void strain_level_refine(const strain_link *link, const strain_level *from, stra
     }
     for (int k = 0; k < to->form->rub_count; k++) {
         sample(link, from, to, 1, from->form->rubs[k].angle, to->form->rubs[k].angle);
+    }
+    for (int k = 0; k < to->form->kind.tubes; k++) {
+        sample(link, from, to, 1, from->form->tubes[k].torsion, to->form->tubes[k].torsion);
+        to->form->tubes[k].base = from->form->tubes[k].base;
     }
     for (int k = 0; k < to->form->place_count; k++) {
         memcpy(to->form->places[k].force, from->form->places[k].force,

@@ -27,6 +27,7 @@ typedef struct strain_level {
     strain_form *form;
     lanes *pulls;                       /* [nodes][actuators] at full load */
     lanes displaced[SCENE_TENDONS_MAX]; /* of tensions that are sought: by which they are pulled */
+    lanes (*curved)[3], turned[SCENE_TUBES_MAX]; /* [tubes][nodes] k of tubes, at full load */
     lanes (*bent)[2][3];    /* [nodes] u* and the imperfection, which the full load takes away */
     lanes *along, *numbers; /* of laws along the rod and at places: those of the form */
     lanes bare_r[3], bare_q[4], full_r[3], full_q[4]; /* s = 1 of the unstressed rod; held */

@@ -3,6 +3,7 @@
  * world: phi' = R du. */
 #include "physics/chain/strain_form.h"
 #include "physics/chain/strain_friction.h"
+#include "physics/chain/strain_tubes.h"
 #include "physics/local/strain_algebra.h"
 
 /* ---- at a point ---------------------------------------------------------------------------- */
@@ -540,6 +541,10 @@ PROCESSOR_INLINE void change(strain_form *form, const strain_sources *sources,
         memcpy(form->turned[i], points[i].turn, sizeof form->turned[i]);
     }
     rows_of_angles(form, sources ? sources->tangents : NULL, direction, to);
+    for (int k = 0; k < form->kind.tubes; k++) {
+        rows_of_tube(form, k, sources ? sources->tubes + k * form->nodes : NULL,
+                     sources ? sources->bases + k : NULL, direction, to);
+    }
     rows_of_edges(form, sources, direction, edges, to);
 }
 

@@ -93,7 +93,7 @@ static ad_status find_uniform(strain_group *group, int elements, const double *e
     const solve_rod *rod = group->rod;
     const size_t count = (size_t)group->count;
     strain_level probe;
-    if (rod->along.count > 0 || rod->jumps.numbers > 0) {
+    if (rod->along.count > 0 || rod->jumps.numbers > 0 || rod->tubes > 0) {
         return AD_OK;
     }
     ad_status status = strain_level_create(rod, 3, elements, edges, false, 0, edges, &probe, error);
@@ -132,8 +132,8 @@ ad_status strain_group_create(solve_rod *rod, int count, double tolerance, bool 
     ad_status status = own_curvature ? find_uniform(group, elements, edges, error) : AD_OK;
     const int first = coarsest(group, elements, edges);
     const solve_end *end = &rod->ends[1];
-    bool is_full = rod->along.by_position || rod->frictions > 0 || end->hold.directions > 0 ||
-                   end->holds_rotation;
+    bool is_full = rod->along.by_position || rod->frictions > 0 || rod->tubes > 0 ||
+                   end->hold.directions > 0 || end->holds_rotation;
     for (int i = 0; i < rod->jumps.count; i++) {
         is_full = is_full || rod->jumps.at[i].acting.by_position;
     }

@@ -1,6 +1,7 @@
 /* What follows from the curvature: rotation, forces, strain, position, moment; and the residual. */
 #include "physics/chain/strain_form.h"
 #include "physics/chain/strain_friction.h"
+#include "physics/chain/strain_tubes.h"
 #include "physics/local/strain_algebra.h"
 #include "physics/numerics/quaternion.h"
 
@@ -339,6 +340,13 @@ PROCESSOR_INLINE void miss_points(strain_form *form)
                 m[c] -= pull.wrench[3 + c];
             }
         }
+        if (form->kind.tubes > 0) {
+            lanes tubes[3];
+            tube_moment(form, i, tubes);
+            for (int c = 0; c < 3; c++) {
+                m[c] -= tubes[c];
+            }
+        }
         for (int c = 0; c < 3; c++) {
             form->right[3 * i + c] =
                 at->u[c] - point->rest[3 + c] - point->compliance[3 + c] * m[c];
@@ -365,6 +373,17 @@ PROCESSOR_INLINE void miss_angles(strain_form *form)
     for (int k = 0; k < form->rub_count; k++) {
         for (int i = 0; i < form->nodes; i++) {
             form->right[angle_at(form, i, k)] = form->rubs[k].angle[i] - form->rubs[k].measured[i];
+        }
+    }
+}
+
+PROCESSOR_INLINE void miss_tubes(strain_form *form)
+{
+    for (int k = 0; k < form->kind.tubes; k++) {
+        const strain_tube *of = &form->tubes[k];
+        form->right[torsion_at(form, -1, k)] = of->base - of->base_measured;
+        for (int i = 0; i < form->nodes; i++) {
+            form->right[torsion_at(form, i, k)] = of->torsion[i] - of->measured[i];
         }
     }
 }
@@ -446,9 +465,11 @@ FOR_EACH_PROCESSOR static void find_shape(strain_form *form)
         strain_form_push(form);
         bend_all(form, M);
     }
+    measure_tubes(form);
     miss_points(form);
     miss_places(form);
     miss_angles(form);
+    miss_tubes(form);
     miss_lengths(form);
     miss_end(form);
 }
@@ -530,6 +551,12 @@ FOR_EACH_PROCESSOR static void move(strain_form *form, const lanes *step, const 
     for (int k = 0; k < form->rub_count; k++) {
         for (int i = 0; i < form->nodes; i++) {
             form->rubs[k].angle[i] -= *share * step[angle_at(form, i, k)];
+        }
+    }
+    for (int k = 0; k < form->kind.tubes; k++) {
+        form->tubes[k].base -= *share * step[torsion_at(form, -1, k)];
+        for (int i = 0; i < form->nodes; i++) {
+            form->tubes[k].torsion[i] -= *share * step[torsion_at(form, i, k)];
         }
     }
     for (int k = 0; k < form->tension_count; k++) {

@@ -59,6 +59,7 @@ typedef enum law_name {
     LAW_COUNT
 } law_name;
 
+enum { LAW_TUBE_GIVEN = 6 }; /* numbers of a tube */
 enum { LAW_NUMBERS_MAX = 9, LAW_STATE = 3 + 4 + 3, LAW_MOVING = 4 * 3 };
 enum { LAW_GIVEN_MAX = LAW_MOVING + LAW_NUMBERS_MAX };
 enum { LAW_WRENCH = 6, LAW_STIFFNESS = LAW_WRENCH * (LAW_WRENCH + 1) / 2 };

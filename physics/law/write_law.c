@@ -83,7 +83,7 @@ static void write_within(writer *w, law_name name, const law_formula *formula)
     }
     write_function(w, name, "", groups, input, 2, all);
     write_function(w, name, "_with_energy", groups, input, 3, every);
-    if (name < LAW_ACTUATORS) {
+    if (name < LAW_ACTUATORS || law_table[name].state == LAW_TURNED) {
         write_change(w, name, formula);
     }
 }

@@ -19,11 +19,13 @@ ad_status family_create(const scene *open, const groups_settings *settings, size
     if (!f) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a family");
     }
+    const int width = 3 + open->tube_count, rows = width * (int)nodes;
     *f = (family){.open = *open,
                   .nodes = nodes,
                   .length = scene_length(open),
-                  .rows = 3 * (int)nodes,
-                  .modes = 3 * nodes < FAMILY_MODES_MAX ? 3 * (int)nodes : FAMILY_MODES_MAX,
+                  .width = width,
+                  .rows = rows,
+                  .modes = rows < FAMILY_MODES_MAX ? rows : FAMILY_MODES_MAX,
                   .spread = NAN,
                   .missed = NAN};
     ad_status status = groups_find(&f->open, settings, &f->groups, error);
@@ -66,6 +68,11 @@ void family_arrays(family *f, family_array arrays[FAMILY_ARRAYS])
     arrays[1] = (family_array){"modes", f->shapes, rows, modes};
     arrays[2] = (family_array){"project", f->project, modes, rows};
     arrays[3] = (family_array){"scale", f->scale, 1, modes};
+}
+
+int family_width(const family *f)
+{
+    return f->width;
 }
 
 size_t family_nodes(const family *f)
@@ -161,17 +168,17 @@ static void ansatz_of_family(const physics_model *m, const domain_place *at, ad_
     const family *f = family_of(m);
     const int nodes = (int)f->nodes;
     groups_turn turn;
-    ad_value x = with_one(family_inputs(f, at->tape, at->x, &turn)), u[3];
+    ad_value x = with_one(family_inputs(f, at->tape, at->x, &turn)), u[3 + SCENE_TUBES_MAX];
     ad_value affine = ad_constant(at->tape, f->rows * (f->inputs + 1), f->affine);
     ad_value shapes = ad_constant(at->tape, f->rows * f->modes, f->shapes);
     ad_value c = ad_mul(outputs, ad_constant(at->tape, f->modes, f->scale));
     ad_value all = ad_add(ad_matvec(affine, x), ad_matvec(shapes, c));
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < f->width; i++) {
         u[i] = ad_slice(all, i * nodes, nodes);
     }
-    groups_restore(&turn, u);
+    groups_restore(&turn, u); /* of the curvature; torsions are of no direction */
     fields[FAMILY_COEFFICIENTS] = c;
-    fields[FAMILY_CURVATURE] = ad_stack(3, u);
+    fields[FAMILY_CURVATURE] = ad_stack(f->width, u);
 }
 
 /* Coefficients of what a target has beyond the affine function. */
@@ -179,7 +186,7 @@ static ad_value target_coefficients(const family *f, const domain_place *at)
 {
     const int nodes = (int)f->nodes;
     groups_turn turn;
-    ad_value matrix[3][3], u[3];
+    ad_value matrix[3][3], u[3 + SCENE_TUBES_MAX];
     ad_value x = with_one(family_inputs(f, at->tape, at->x, &turn));
     ad_value affine = ad_constant(at->tape, f->rows * (f->inputs + 1), f->affine);
     ad_value project = ad_constant(at->tape, f->modes * f->rows, f->project);
@@ -190,7 +197,10 @@ static ad_value target_coefficients(const family *f, const domain_place *at)
             u[k] = ad_add(u[k], ad_mul(matrix[i][k], ad_slice(at->data, i * nodes, nodes)));
         }
     }
-    return ad_matvec(project, ad_sub(ad_stack(3, u), ad_matvec(affine, x)));
+    for (int k = 3; k < f->width; k++) {
+        u[k] = ad_slice(at->data, k * nodes, nodes);
+    }
+    return ad_matvec(project, ad_sub(ad_stack(f->width, u), ad_matvec(affine, x)));
 }
 
 static ad_value difference(const void *context, const domain_place *at, const ad_value *fields)

@@ -7,7 +7,8 @@
  * Modes are the principal components of what some solved members have beyond their best affine
  * function of x, in the metric of distances. The coefficients c of a change of curvature are scaled
  * so that |c|^2 is the mean square distance by which the rod moves, over L^2. It is a mean over the
- * rod and an average of members.
+ * rod and an average of members. Where there are concentric tubes u has the torsion of each, too,
+ * over the stiffness of the rod: Newton's method starts from both.
  *
  * Learnt from targets, curvatures that a source (physics/learn/model.h) gives for each member:
  *
@@ -37,7 +38,8 @@ ad_status family_create(const scene *open, const groups_settings *settings, size
 void family_free(family *f); /* NULL is allowed */
 
 /* From some members: coordinates x [parameters][members], dimensionless as the model has them, and
- * their curvature [members][nodes][3], 1/m. AD_NO_MEMORY; AD_BAD_INPUT: fewer members than inputs.
+ * their curvature [members][nodes][width], 1/m, of solve_members. AD_NO_MEMORY; AD_BAD_INPUT: fewer
+ * members than inputs.
  */
 ad_status family_fit(family *f, ad_pool *pool, size_t members, const double *x,
                      const double *curvature, ad_error *error);
@@ -53,6 +55,7 @@ enum { FAMILY_ARRAYS = 4 };
 void family_arrays(family *f, family_array arrays[FAMILY_ARRAYS]);
 
 size_t family_nodes(const family *f);
+int family_width(const family *f); /* numbers at a node: curvature, and the torsion of each tube */
 int family_modes(const family *f); /* outputs of the network */
 const groups *family_groups(const family *f);
 
@@ -65,11 +68,11 @@ double family_missed(const family *f);
 void family_parameters(const family *f, size_t members, const double *x, double *parameters);
 
 /* Fields of a member: coefficients of the modes, then the curvature times the length in the order
- * [3][nodes], which is that of the data of the term "members" too. */
+ * [width][nodes], which is that of the data of the term "members" too. */
 enum { FAMILY_COEFFICIENTS, FAMILY_CURVATURE, FAMILY_FIELDS };
 
 /* Its model: one coordinate for each parameter, from 0 to 1 over its range by its scale; one set of
- * points with that term, whose source [3 nodes rows] is the caller's. squares: the loss for
+ * points with that term, whose source [width nodes rows] is the caller's. squares: the loss for
  * networks without hidden layers. The family outlives it. AD_NO_MEMORY. */
 ad_status family_model(const family *f, const model_source *source, bool squares,
                        physics_model **result, ad_error *error);
@@ -84,7 +87,7 @@ ad_status family_network_create(const family *f, const nn_mlp *mlp, ad_pool *poo
                                 family_network **result, ad_error *error);
 void family_network_free(family_network *network); /* NULL is allowed */
 
-/* curvature [members][nodes][3], 1/m, for parameters [members][parameters] in SI units, by the
+/* curvature [members][nodes][width], 1/m, for parameters [members][parameters] in SI units, by the
  * weights of the network. Allocates only where there are more members than ever before. */
 ad_status family_network_run(family_network *network, const double *weights, size_t members,
                              const double *parameters, double *curvature, ad_error *error);

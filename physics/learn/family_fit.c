@@ -112,16 +112,19 @@ static ad_status run_inputs(fit *fit, ad_pool *pool, const double *at, ad_error 
 /* Curvature turned to that of the members that the inputs are of. */
 static void turn_back(fit *fit, const double *curvature)
 {
-    const size_t nodes = fit->f->nodes, members = fit->members;
+    const size_t nodes = fit->f->nodes, members = fit->members, width = (size_t)fit->f->width;
     for (size_t k = 0; k < members; k++) {
         for (size_t i = 0; i < nodes; i++) {
-            const double *from = curvature + 3 * (k * nodes + i);
+            const double *from = curvature + width * (k * nodes + i);
             for (size_t j = 0; j < 3; j++) {
                 double sum = 0;
                 for (size_t c = 0; c < 3; c++) {
                     sum += fit->turn[(3 * c + j) * members + k] * from[c];
                 }
-                fit->u[(3 * k + j) * nodes + i] = sum * fit->f->length;
+                fit->u[(width * k + j) * nodes + i] = sum * fit->f->length;
+            }
+            for (size_t j = 3; j < width; j++) {
+                fit->u[(width * k + j) * nodes + i] = from[j] * fit->f->length;
             }
         }
     }
@@ -233,9 +236,9 @@ static void shape(const family *f, const double *u, double (*R)[3][3], double (*
 static void add_metric(fit *fit, const double *u, double (*R)[3][3], double (*r)[3])
 {
     const family *f = fit->f;
-    const size_t nodes = f->nodes, rows = 3 * nodes;
+    const size_t nodes = f->nodes, rows = (size_t)f->rows;
     double *J = fit->work;
-    memset(J, 0, rows * rows * sizeof *J);
+    memset(J, 0, 3 * nodes * rows * sizeof *J);
     shape(f, u, R, r);
     for (size_t a = 0; a < nodes; a++) {
         const double root = sqrt(width(f, a));
@@ -251,12 +254,24 @@ static void add_metric(fit *fit, const double *u, double (*R)[3][3], double (*r)
             }
         }
     }
-    for (size_t k = 0; k < rows; k++) {
+    for (size_t k = 0; k < 3 * nodes; k++) {
         const double *row = J + k * rows;
         for (size_t i = 0; i < rows; i++) {
             for (size_t j = i; row[i] != 0 && j < rows; j++) {
                 fit->metric[i * rows + j] += row[i] * row[j];
             }
+        }
+    }
+}
+
+/* The torsion of a tube counts as the bending that the same moment makes. */
+static void count_torsions(fit *fit)
+{
+    const size_t nodes = fit->f->nodes, rows = (size_t)fit->f->rows;
+    for (size_t first = 3 * nodes; first < rows; first += nodes) {
+        for (size_t i = 0; i < nodes; i++) {
+            memcpy(fit->metric + (first + i) * rows + first, fit->metric + i * rows,
+                   nodes * sizeof *fit->metric);
         }
     }
 }
@@ -273,6 +288,7 @@ static bool make_metric(fit *fit)
             add_metric(fit, fit->u + k * rows, R, r);
         }
     }
+    count_torsions(fit);
     for (size_t i = 0; i < rows * rows; i++) {
         fit->metric[i] /= (double)count;
     }

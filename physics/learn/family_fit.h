@@ -11,11 +11,11 @@ struct family {
     size_t nodes;
     double *places; /* [nodes], over the length */
     double length;
-    int rows, inputs, modes; /* rows: 3 nodes */
-    double *affine;          /* [rows][1 + inputs] */
-    double *shapes;          /* [rows][modes] */
-    double *project;         /* [modes][rows] */
-    double *scale;           /* [modes] */
+    int width, rows, inputs, modes; /* width: 3 and one a tube; rows: of all nodes */
+    double *affine;                 /* [rows][1 + inputs] */
+    double *shapes;                 /* [rows][modes] */
+    double *project;                /* [modes][rows] */
+    double *scale;                  /* [modes] */
     double spread, missed;
     ad_memory memory;
 };

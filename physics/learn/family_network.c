@@ -62,6 +62,7 @@ ad_status family_network_run(family_network *network, const double *weights, siz
 {
     const family *f = network->f;
     const size_t count = (size_t)f->open.parameter_count, nodes = f->nodes;
+    const size_t width = (size_t)f->width;
     const double *inputs[SCENE_PARAMETERS_MAX];
     if (!make_room(network, members)) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu members", members);
@@ -81,8 +82,8 @@ ad_status family_network_run(family_network *network, const double *weights, siz
     ad_status status = ad_execute(network->program, &run, error);
     for (size_t k = 0; k < members && status == AD_OK; k++) {
         for (size_t i = 0; i < nodes; i++) {
-            for (size_t c = 0; c < 3; c++) {
-                curvature[3 * (k * nodes + i) + c] =
+            for (size_t c = 0; c < width; c++) {
+                curvature[width * (k * nodes + i) + c] =
                     network->u[(c * nodes + i) * members + k] / f->length;
             }
         }

@@ -304,13 +304,10 @@ static ad_status record_actuators(solve_rod *rod, ad_error *error)
     }
     for (int i = 0; i < rod->tubes; i++) {
         rod_tube tube = rod_tube_of(&context, i);
-        all[pulling + i] = STACK(tube.bending, tube.softness, tube.rest, ad_zeros(tape, 2));
-        const scene_tube *given = &rod->scene.tubes[i];
-        rod->extents[pulling + i] = (solve_extent){
-            .end = tube.end,
-            .law = LAW_TUBE,
-            .turned = quantity_value(given->turned, 0, 0),
-            .transmission = quantity_value(given->transmission, 0, 0) / rod->scales.length};
+        const ad_value base = ad_substitute(tube.softness, context.s, ad_scalar(tape, 0));
+        all[pulling + i] = STACK(tube.bending, tube.softness, tube.rest, tube.turned,
+                                 ad_mul(base, tube.transmission));
+        rod->extents[pulling + i] = (solve_extent){.end = tube.end, .law = LAW_TUBE};
     }
     ad_status status = ad_tape_status(tape, error);
     if (status == AD_OK) {

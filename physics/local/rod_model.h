@@ -56,7 +56,6 @@ typedef struct solve_extent {
     double compliance; /* more by this times its tension; 0: no more */
     bool rubs;         /* a tendon with friction, */
     double creep;      /* and the speed below which it creeps in motion */
-    double turned, transmission; /* of a tube; rad, of the length */
 } solve_extent;
 
 enum { SOLVE_ACTUATORS_MAX = SCENE_ACTUATORS_MAX + SCENE_TUBES_MAX };
@@ -116,7 +115,8 @@ typedef union solve_actuator {
         double bending[2];   /* K */
         double softness;     /* 1/G; 0: it does not twist */
         double curvature[3]; /* k by itself */
-        double none[2];
+        double turned;       /* of its base: theta there, rad, */
+        double yielding;     /* and by how much its torsion there turns it more */
     };
 } solve_actuator;
 

@@ -245,7 +245,7 @@ double solve_trials_change(const solve_trials *trials, size_t experiment, int pa
 static ad_status keep_curvature(solve_trials *trials, ad_error *error)
 {
     const size_t unknowns = values_of(trials);
-    const size_t count = trials->experiments * 3 * solve_members_nodes(trials->members);
+    const size_t count = trials->experiments * solve_members_numbers(trials->members);
     trials->at = malloc((unknowns + 1) * sizeof *trials->at);
     trials->curvature = malloc((count + 1) * sizeof *trials->curvature);
     for (size_t i = 0; trials->at && i < unknowns; i++) {

@@ -90,9 +90,10 @@ static ad_status change_members(const change *c, size_t first, size_t count, dou
                                 ad_error *error)
 {
     const solve_trials *x = c->x;
-    const size_t width = (size_t)x->open.parameter_count, nodes = solve_members_nodes(x->members);
+    const size_t width = (size_t)x->open.parameter_count,
+                 numbers = solve_members_numbers(x->members);
     const size_t shape = x->places * SOLVE_MEMBERS_COLUMNS;
-    const double *curvature = x->curvature + first * 3 * nodes;
+    const double *curvature = x->curvature + first * numbers;
     double *shapes = room + count * width, *by = shapes + count * shape;
     for (size_t i = 0; i < count; i++) {
         solve_trials_fill(x, c->values, (first + i) * x->every, room + i * width);

@@ -105,9 +105,8 @@ static ad_status set_bases(static_system *system, ad_error *error)
     for (int end = 0; end < 2 && status == AD_OK; end++) {
         system->full[end].tubes = tubes;
         for (int i = 0; i < tubes; i++) {
-            const solve_extent *extent = &rod->extents[first + i];
-            system->full[end].turned[i] = extent->turned;
-            system->full[end].softness[i] = extent->transmission * at[first + i].softness;
+            system->full[end].turned[i] = at[first + i].turned;
+            system->full[end].softness[i] = at[first + i].yielding;
         }
     }
     return status;

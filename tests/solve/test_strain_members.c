@@ -122,6 +122,35 @@ static const char rubbed_by_length[] = RUBBED("type: loaded", TIP, "",
 static const char rubbed_and_pinned[] =
     RUBBED("type: pinned, position: [0.11, 0.024, 0.21]", "", "", BOTH, "");
 
+/* Concentric tubes that end within the rod, the inner one behind a straight part; and with a tendon
+ * on a spring, with an outer tube that does not twist, and turned nearly so far that they snap. */
+#define TUBED(start, rest, turned, torsion, more)                                                  \
+    "parameters: {pull: {range: [0, 2]}, push: {range: [0, 1]}, side: {range: [-1, 1]},\n"         \
+    "             weight: {range: [0, 10]}, stiff: {range: [0.7, 2]}}\n"                           \
+    "rod: {model: kirchhoff, length: 0.25, stiffness: {bending: [0.01*stiff, 0.012], "             \
+    "torsion: 0.008},\n"                                                                           \
+    "      inertia: {mass_per_length: 0.01}, rest: {curvature: " rest "}}\n"                       \
+    "boundary: {start: {type: clamped, " start "}, end: {type: loaded}}\n"                         \
+    "loads:\n  gravity: [0, weight, -weight]\n"                                                    \
+    "  tip: {force: [0.02*side, 0.03*push, 0], moment: [0, 0.001, 0.002*side]}\n"                  \
+    "tubes:\n"                                                                                     \
+    "  - {stiffness: {bending: [\"0.02-0.02*s\", 0.02], torsion: \"0.015*stiff*(1+s)\"},\n"        \
+    "     inertia: {mass_per_length: 0.02}, rest: {curvature: [4*push, \"2*s*stiff\", 0.5]},\n"    \
+    "     end: 0.18, turned: " turned ", transmission: 0.05*stiff}\n"                              \
+    "  - {stiffness: {bending: [0.05, 0.05], torsion: " torsion "}, rest: {curvature: [0, 3, 0]}," \
+    "\n     inertia: {mass_per_length: 0.04}, end: 0.1, turned: 0.5*side}\n" more
+#define RESTING "[\"where(s-0.1, 6, 0)\", 0, side]"
+static const char tubes[] = TUBED(UPON, RESTING, "pull", "0.04", "");
+static const char tubes_driven[] = TUBED(
+    "rotation: [0.8, 0.6, 0.1*side, 0.15*push]", "[\"where(s-0.1, 6, 0)\", 0, 0.3]", "pull", "0.04",
+    "tendons: [{offset: [0.003, 0], end: 0.2, tension: pull}]\n"
+    "springs: [{at: 0.2, stiffness: [1, 2, 0.5]}]\n");
+static const char tubes_locked[] = TUBED(UPON, RESTING, "pull", ".inf", "");
+static const char tubes_wound[] =
+    TUBED(UPON, "[4, 0, 0]", "\"pi/2*pull\"", "0.04",
+          "  - {stiffness: {bending: [0.08, 0.08], torsion: 0.06}, rest: {curvature: [3, 0, 0]},\n"
+          "     inertia: {mass_per_length: 0.05}, turned: -pi*push, transmission: 0.1}\n");
+
 /* Without loads, where each point stands for itself: two pieces with a joint between them. */
 static const char unloaded[] =
     "parameters: {pull: {range: [0, 2]}, push: {range: [0, 1]}, side: {range: [-1, 1]},\n"
@@ -217,11 +246,11 @@ static void draw(double (*members)[PARAMETERS])
     }
 }
 
-enum { NODES_MOST = 64 };
+enum { NODES_MOST = 64, WIDTH_MOST = 6 };
 
 typedef struct batch {
     double values[MEMBERS][POINTS][SOLVE_MEMBERS_COLUMNS];
-    double curvature[MEMBERS * NODES_MOST * 3]; /* [MEMBERS][nodes][3] */
+    double curvature[MEMBERS * NODES_MOST * WIDTH_MOST]; /* [MEMBERS][nodes][width] */
     solve_member results[MEMBERS];
 } batch;
 
@@ -254,7 +283,7 @@ static void draw_turned(int first, double (*members)[PARAMETERS])
 /* All of them, `first` to start with. */
 static batch *solve_with(solve_members *x, int first)
 {
-    const size_t unknowns = 3 * solve_members_nodes(x);
+    const size_t unknowns = solve_members_numbers(x);
     double members[MEMBERS][PARAMETERS];
     ad_error error = {.message = ""};
     batch *result = calloc(1, sizeof *result), *there = calloc(1, sizeof *there);
@@ -406,7 +435,8 @@ static void test_uniform(void **state)
 static void test_derivatives(void **state)
 {
     enum { STEPS = 6, WIDTH = POINTS * SOLVE_MEMBERS_COLUMNS };
-    static double jacobian[WIDTH][PARAMETERS], values[3][WIDTH], curvature[3][3 * NODES_MOST];
+    static double jacobian[WIDTH][PARAMETERS], values[3][WIDTH],
+        curvature[3][WIDTH_MOST * NODES_MOST];
     make(state);
     double members[MEMBERS][PARAMETERS];
     const known *of = know(1e-8);
@@ -658,7 +688,8 @@ static void test_buckled_by_moment(void **state)
 /* ---- curvature ----------------------------------------------------------------------------- */
 
 typedef struct answers {
-    double values[MEMBERS][POINTS][SOLVE_MEMBERS_COLUMNS], curvature[MEMBERS][NODES_MOST][3];
+    double values[MEMBERS][POINTS][SOLVE_MEMBERS_COLUMNS];
+    double curvature[MEMBERS][NODES_MOST][WIDTH_MOST];
     solve_answer answers[MEMBERS];
 } answers;
 
@@ -683,8 +714,8 @@ static void check_quick(solve_members *x, const double *members, const double *c
 /* From the curvature of each member, bent by a smooth wave of `size` over the length. */
 static answers *ask(solve_members *x, const batch *truth, int first, int steps, double size)
 {
-    const size_t nodes = solve_members_nodes(x);
-    double members[MEMBERS][PARAMETERS], s[NODES_MOST], given[MEMBERS * NODES_MOST * 3];
+    const size_t nodes = solve_members_nodes(x), width = solve_members_width(x);
+    double members[MEMBERS][PARAMETERS], s[NODES_MOST], given[MEMBERS * NODES_MOST * WIDTH_MOST];
     ad_error error = {.message = ""};
     answers *result = calloc(1, sizeof *result), *there = calloc(1, sizeof *there);
     assert_non_null(result);
@@ -692,10 +723,10 @@ static answers *ask(solve_members *x, const batch *truth, int first, int steps, 
     solve_members_places(x, s);
     assert_true(s[0] > 0 && s[nodes - 1] < 0.25);
     draw_turned(first, members);
-    for (size_t i = 0; i < MEMBERS * nodes * 3; i++) {
-        const size_t member = turned(i / 3 / nodes, first), c = i % 3;
-        const double wave = cos(12 * s[i / 3 % nodes] + (double)(member + c));
-        given[i] = truth->curvature[member * nodes * 3 + i % (nodes * 3)] +
+    for (size_t i = 0; i < MEMBERS * nodes * width; i++) {
+        const size_t member = turned(i / width / nodes, first), c = i % width;
+        const double wave = cos(12 * s[i / width % nodes] + (double)(member + c));
+        given[i] = truth->curvature[member * nodes * width + i % (nodes * width)] +
                    size / 0.25 * wave * (c == 2 ? 0.1 : 1);
     }
     assert_good(solve_members_refine(x, MEMBERS, members[0], given, steps, there->values[0][0],
@@ -707,8 +738,8 @@ static answers *ask(solve_members *x, const batch *truth, int first, int steps, 
     for (size_t i = 0; i < MEMBERS; i++) {
         const size_t to = turned(i, first);
         memcpy(result->values[to], there->values[i], sizeof there->values[i]);
-        memcpy(result->curvature[to], (const double *)there->curvature + 3 * nodes * i,
-               3 * nodes * sizeof(double));
+        memcpy(result->curvature[to], (const double *)there->curvature + width * nodes * i,
+               width * nodes * sizeof(double));
         result->answers[to] = there->answers[i];
     }
     free(there);
@@ -913,6 +944,19 @@ int main(void)
         OF(moved, same_bits),
         OF(moved_on_springs, derivatives),
         OF(displaced_and_pinned, derivatives),
+        OF(tubes, against_collocation),
+        OF(tubes, derivatives),
+        OF(tubes, predicted),
+        OF(tubes, trusted),
+        OF(tubes, same_bits),
+        OF(tubes, answers_same_bits),
+        OF(tubes, memory),
+        OF(tubes_driven, against_collocation),
+        OF(tubes_driven, derivatives),
+        OF(tubes_locked, against_collocation),
+        OF(tubes_locked, derivatives),
+        OF(tubes_wound, against_collocation),
+        OF(tubes_wound, derivatives),
         OF(uniform, uniform),
         OF(uniform, derivatives),
         OF(uniform, trusted),

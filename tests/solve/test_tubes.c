@@ -3,7 +3,9 @@
 #include "fewer.h"
 #include "tendon_testing.h"
 
+#include "physics/chain/solve_members.h"
 #include "physics/local/static_rod.h"
+#include "physics/rod/rod_internal.h"
 #include "physics/solve/stability.h"
 
 #include <math.h>
@@ -145,6 +147,80 @@ static void test_bifurcation(void **state)
         assert_int_equal(stability_count(&given, values, &unstable, &error), AD_OK);
         assert_int_equal(unstable, rows[i].unstable);
         solution_free(x.solution);
+    }
+}
+
+/* ---- the same as members ----------------------------------------------------------------------
+ */
+
+/* The curvature at s = 1 by the strain form. */
+static solve_member solve_member_of(const scene *given, double curvature[3])
+{
+    const double s = 1;
+    const solve_members_settings settings = {
+        .tolerance = 1e-9, .threads = 1, .points = 1, .s = &s, .own_curvature = true};
+    double values[SOLVE_MEMBERS_COLUMNS];
+    solve_members *x;
+    solve_member said;
+    ad_error error;
+    assert_int_equal(solve_members_create(given, &settings, &x, &error), AD_OK);
+    assert_int_equal(solve_members_solve(x, 1, NULL, values, &said, &error), AD_OK);
+    memcpy(curvature, values + 10, 3 * sizeof *curvature);
+    solve_members_free(x);
+    return said;
+}
+
+/* The rows of test_pendulum: two equal tubes have the mean of their curvatures, k cos(theta/2). The
+ * last two are before and beyond the limit point of test_snap, next to which Newton's method from a
+ * load that is 1e-3 less does not settle. */
+static void test_member_pendulum(void **state)
+{
+    (void)state;
+    static const struct {
+        double x, turned, tip;
+    } rows[] = {{1, 0.7572202079256661, 0.5},       {1, 2.779023887305531, 2.5},
+                {2, -2.8027502334245034, -1},       {2, 3.427204138661337, 1.8},
+                {2, 3.452010181781879 - 2e-3, NAN}, {2, 3.452010181781879 + 2e-3, NAN}};
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        const scene given = pair_of(rows[i].x, rows[i].turned, false);
+        const double k = rows[i].x / sqrt(1 + NU);
+        double u[3];
+        const solve_member said = solve_member_of(&given, u);
+        assert_int_equal(said.end == SOLVE_MEMBER_SOLVED, i < 5);
+        if (i < 4) { /* of a polynomial beyond its last point; measured: 1e-8 */
+            assert_near(hypot(u[0], u[1]), k * cos(rows[i].tip / 2), 1e-7);
+            assert_near(u[2], 0, 1e-7);
+        }
+    }
+}
+
+/* The rows of test_bifurcation: what is unstable ends on the way, where the share of the shape that
+ * is reached has an x sqrt(2 a - 1) of the limit, as in test_bifurcation_load. Load steps of 1e-3
+ * and pivots of iterates that are off by 1e-3 find it to some 1e-3. */
+static void test_member_bifurcation(void **state)
+{
+    (void)state;
+    static const struct {
+        double x, transmission, limit; /* limit: of x */
+    } rows[] = {{0.999 * PI / 2, 0, PI / 2},
+                {1.001 * PI / 2, 0, PI / 2},
+                {2, 0, PI / 2},
+                {0.999 * 1.2199520138379425, 0.6, 1.2199520138379425},
+                {1.001 * 1.2199520138379425, 0.6, 1.2199520138379425},
+                {1.6, 0.6, 1.2199520138379425}};
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        scene given = pair_of(rows[i].x, 0, true);
+        given.tubes[0].transmission = Q(rows[i].transmission);
+        double u[3];
+        const solve_member said = solve_member_of(&given, u);
+        if (rows[i].x < rows[i].limit) {
+            assert_int_equal(said.end, SOLVE_MEMBER_SOLVED);
+            assert_near(hypot(u[0], u[1]), 0, 1e-9);
+        } else {
+            assert_int_equal(said.end, SOLVE_MEMBER_UNSTABLE);
+            const double way = 2 * rod_tube_shape_share(said.load) - 1;
+            assert_near(sqrt(way) * rows[i].x / rows[i].limit, 1, 2e-3);
+        }
     }
 }
 
@@ -388,8 +464,11 @@ int main(void)
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_helical),
                                        cmocka_unit_test(test_follower), cmocka_unit_test(test_tape),
                                        cmocka_unit_test(test_open)};
-    const struct CMUnitTest alike[] = {
-        cmocka_unit_test(test_bifurcation), cmocka_unit_test(test_bifurcation_load),
-        cmocka_unit_test(test_snap), cmocka_unit_test(test_pendulum)};
+    const struct CMUnitTest alike[] = {cmocka_unit_test(test_bifurcation),
+                                       cmocka_unit_test(test_bifurcation_load),
+                                       cmocka_unit_test(test_snap),
+                                       cmocka_unit_test(test_pendulum),
+                                       cmocka_unit_test(test_member_pendulum),
+                                       cmocka_unit_test(test_member_bifurcation)};
     return run_with_alike(tests, alike, NULL, NULL);
 }

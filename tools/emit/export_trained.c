@@ -37,7 +37,8 @@ static ad_status find_mesh(export_family *f, const solve_members *solver, ad_err
     for (size_t i = 0; i < nodes; i++) {
         s[i] /= scene_length(&middle);
     }
-    ad_status status = strain_mesh_at(f->open, (int)nodes, s, &f->mesh, error);
+    ad_status status = strain_check(&middle, true, error);
+    status = status == AD_OK ? strain_mesh_at(f->open, (int)nodes, s, &f->mesh, error) : status;
     free(s);
     return status;
 }

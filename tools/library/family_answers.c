@@ -236,21 +236,28 @@ static ad_status put_solution(const cpinn_family *family, const solution *found,
     return status;
 }
 
-/* Its curvature [nodes][3] as the solver of members is given it. */
+/* Its curvature [numbers] as the solver of members is given it. */
 static ad_status put_curvature(const cpinn_family *family, const solution *found, const scene *one,
                                double *curvature, ad_error *error)
 {
-    enum { FIRST = 10, COLUMNS = FIRST + 3 };
-    const size_t nodes = family->nodes;
-    double *s = malloc((1 + COLUMNS) * (nodes + 1) * sizeof *s), *values = s + nodes;
+    enum {
+        FIRST = 10,
+        TORSION = 20
+    }; /* of the columns of a solution: u, and m of the first tube */
+    const size_t nodes = family->nodes, width = family->numbers / (nodes + (nodes == 0));
+    const int columns = solution_columns(one);
+    const double unit = solve_members_torsion(family->solver);
+    double *s = malloc((1 + (size_t)columns) * (nodes + 1) * sizeof *s), *values = s + nodes;
     ad_status status = s ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for derivatives");
     if (status == AD_OK) {
         solve_members_places(family->solver, s);
-        status = solution_evaluate(found, COLUMNS, nodes, s, NULL, values, error);
+        status = solution_evaluate(found, columns, nodes, s, NULL, values, error);
     }
-    for (size_t i = 0; i < 3 * nodes && status == AD_OK; i++) {
-        const double growth = one->rod.growth.is_given ? scene_growth_at(one, s[i / 3], 0) : 1;
-        curvature[i] = growth * values[(FIRST + i % 3) * nodes + i / 3];
+    for (size_t i = 0; i < family->numbers && status == AD_OK; i++) {
+        const size_t node = i / width, k = i % width;
+        const double growth = one->rod.growth.is_given ? scene_growth_at(one, s[node], 0) : 1;
+        curvature[i] = k < 3 ? growth * values[(FIRST + k) * nodes + node]
+                             : values[(TORSION + 2 * (k - 3)) * nodes + node] / unit;
     }
     free(s);
     return status;
@@ -307,7 +314,7 @@ static ad_status solve_item(void *context, int item, int thread, ad_error *error
     (void)thread;
     return solve_one(
         of->x, of->parameters + of->which[k] * (size_t)of->x->count, of->values + k * width,
-        of->curvature ? of->curvature + k * 3 * of->x->nodes : NULL, of->answers + k, error);
+        of->curvature ? of->curvature + k * of->x->numbers : NULL, of->answers + k, error);
 }
 
 ad_status cpinn_family_solve(const cpinn_family *family, size_t count, const size_t *which,
@@ -318,7 +325,7 @@ ad_status cpinn_family_solve(const cpinn_family *family, size_t count, const siz
         return AD_OK;
     }
     const size_t width = family->points * (size_t)family->columns, bytes = width * sizeof *values;
-    const size_t bent = 3 * family->nodes * sizeof *curvature;
+    const size_t bent = family->numbers * sizeof *curvature;
     solving of = {.x = family,
                   .which = which,
                   .parameters = parameters,
@@ -368,7 +375,7 @@ static ad_status solve_wanting(cpinn_family *family, int steps, bool keeps, size
                                ad_error *error)
 {
     const size_t count = (size_t)family->count, width = family->points * (size_t)family->columns;
-    const size_t unknowns = 3 * family->nodes;
+    const size_t unknowns = family->numbers;
     size_t rest = 0;
     for (size_t i = 0; i < members; i++) {
         if (is_wanting(family, steps, &answers[i])) {
@@ -498,7 +505,7 @@ static ad_status differentiate(cpinn_family *family, bool wanted, size_t members
                                const double *parameters, const cpinn_answer *answers,
                                double *jacobian, ad_error *error)
 {
-    const size_t unknowns = 3 * family->nodes;
+    const size_t unknowns = family->numbers;
     ad_status status = AD_OK;
     for (size_t i = 0; i < members && status == AD_OK; i++) {
         bool met = answers[i].source != CPINN_FROM_NOTHING;

@@ -95,9 +95,15 @@ static ad_status find_curvature(void *context, size_t members, const double *par
                                 double *curvature, ad_error *error)
 {
     fields *fields = context;
-    batch of = {fields, fields->curvatures, members,  fields->of->nodes, 3, fields->places,
+    const size_t nodes = fields->of->nodes, width = fields->of->numbers / nodes;
+    batch of = {fields, fields->curvatures, members,  nodes, (int)width, fields->places,
                 NULL,   parameters,         curvature};
-    return run(&of, error);
+    const ad_status status = run(&of, error);
+    const double torsion = 1 / solve_members_torsion(fields->of->solver);
+    for (size_t i = 0; i < members * nodes * width; i++) {
+        curvature[i] *= i % width < 3 ? 1 : torsion;
+    }
+    return status;
 }
 
 /* At the points of the family, its columns or as many derivatives. */
@@ -176,6 +182,10 @@ static ad_status create_evaluators(fields *fields, ad_error *error)
     const size_t rows = 2 + (size_t)of->count + (size_t)of->columns;
     char names[NAMES_MAX];
     ad_status status = AD_OK;
+    char strains[NAMES_MAX] = "u1 u2 u3";
+    for (int i = 1; i <= of->open.tube_count; i++) {
+        snprintf(strains + strlen(strains), sizeof strains - strlen(strains), " mt%d", i);
+    }
     write_names(fields, "", names);
     for (int i = 0; i < fields->threads && status == AD_OK; i++) {
         AD_TAKE(fields, room[i], GROUP * rows * (most + 1));
@@ -184,7 +194,7 @@ static ad_status create_evaluators(fields *fields, ad_error *error)
             status = evaluator_create(&fields->trained, names, &fields->shapes[i], error);
         }
         if (status == AD_OK && of->nodes > 0) {
-            status = evaluator_create(&fields->trained, "u1 u2 u3", &fields->curvatures[i], error);
+            status = evaluator_create(&fields->trained, strains, &fields->curvatures[i], error);
         }
     }
     return status;

@@ -68,6 +68,7 @@ static ad_status create_solver(cpinn_family *family, bool by_itself, ad_error *e
         return ad_fail(error, status, "%s", family->why_not.message);
     }
     family->nodes = family->solver ? solve_members_nodes(family->solver) : 0;
+    family->numbers = family->solver ? solve_members_numbers(family->solver) : 0;
     return AD_OK;
 }
 
@@ -77,8 +78,8 @@ static ad_status make_room(cpinn_family *family, ad_error *error)
                  carried = family->forces ? family->points * SOLVE_MEMBERS_FORCES : 0,
                  most = CHUNK_NUMBERS / (width + carried * (1 + count) + 1);
     family->chunk = most >= CHUNK ? CHUNK : most > 16 ? most / 16 * 16 : 16;
-    AD_TAKE(family, curvature, 3 * family->chunk * family->nodes + 1);
-    AD_TAKE(family, found, 3 * family->chunk * family->nodes + 1);
+    AD_TAKE(family, curvature, family->chunk * family->numbers + 1);
+    AD_TAKE(family, found, family->chunk * family->numbers + 1);
     AD_TAKE(family, values, family->chunk * width + 1);
     AD_TAKE(family, parameters, family->chunk * (size_t)family->count);
     AD_TAKE(family, which, family->chunk);
@@ -135,7 +136,7 @@ void cpinn_family_attach(cpinn_family *family, const cpinn_family_network *netwo
 typedef struct strain_network {
     family_network *network;
     const double *weights;
-    size_t nodes;
+    size_t numbers;
 } strain_network;
 
 /* Numbers that only underflow has left make all that follows slow: of a rod that stays in a plane,
@@ -148,7 +149,7 @@ static ad_status run_strain(void *context, size_t members, const double *paramet
     const strain_network *network = context;
     ad_status status = family_network_run(network->network, network->weights, members, parameters,
                                           curvature, error);
-    for (size_t i = 0; i < members * 3 * network->nodes; i++) {
+    for (size_t i = 0; i < members * network->numbers; i++) {
         curvature[i] = fabs(curvature[i]) < SMALLEST ? 0 : curvature[i];
     }
     return status;
@@ -178,7 +179,7 @@ static ad_status create_strain(const experiment *e, const cpinn_family *of,
         return status;
     }
     made->weights = experiment_parameters(e);
-    made->nodes = of->nodes;
+    made->numbers = of->numbers;
     *result = (cpinn_family_network){.context = made, .curvature = run_strain, .free = free_strain};
     return AD_OK;
 }

@@ -11,7 +11,7 @@
 /* A network, whatever its kind: curvature of members in any number, or their values too. */
 typedef struct cpinn_family_network {
     void *context; /* owned by the family */
-    /* curvature [members][nodes][3], 1/m, at the solver's places. */
+    /* curvature [members][nodes][width], 1/m, at the solver's places. */
     ad_status (*curvature)(void *context, size_t members, const double *parameters,
                            double *curvature, ad_error *error);
     /* values [members][points][columns] as the network itself has them; NULL: they follow from the
@@ -34,16 +34,16 @@ struct cpinn_family {
     bool extrapolate;
     ad_pool *pool;
     double length;
-    size_t points, nodes, chunk;
-    double *s, *t;         /* [points]; t NULL at rest */
-    int columns;           /* without forces */
-    bool forces;           /* are columns, too, */
-    solve_members *solver; /* NULL: */
+    size_t points, nodes, numbers, chunk; /* numbers: of a member's curvature */
+    double *s, *t;                        /* [points]; t NULL at rest */
+    int columns;                          /* without forces */
+    bool forces;                          /* are columns, too, */
+    solve_members *solver;                /* NULL: */
     ad_error why_not;
     cpinn_family_network network;
     struct member_code *code; /* of few members; NULL: */
     ad_error not_compiled;
-    double *curvature, *found; /* [chunk][nodes][3] of members, of some that are solved */
+    double *curvature, *found; /* [chunk][numbers] of members, of some that are solved */
     double *values;            /* [chunk][points][columns] */
     double *parameters;        /* [chunk][count] of members that are solved */
     size_t *which;             /* [chunk] their places */
@@ -96,7 +96,7 @@ double cpinn_family_distance(const cpinn_family *family, const double *a, const 
 
 /* Of some members those by solution_create whose numbers are which [count]: parameters, values
  * [members][points][columns]; and, where there is a solver of members, curvature
- * [members][nodes][3] as it takes that, or NULL; of `answers` [members] the reason is kept where
+ * [members][numbers] as it takes that, or NULL; of `answers` [members] the reason is kept where
  * the solver has no doubt. AD_NO_MEMORY, AD_NO_BLAS. */
 ad_status cpinn_family_solve(const cpinn_family *family, size_t count, const size_t *which,
                              const double *parameters, double *values, double *curvature,

@@ -236,7 +236,7 @@ ad_status plan_exact_create(const plan_robot *robot, const scene *of, size_t poi
         AD_TAKE(e, turns, PLAN_BATCH * count * 3);
         AD_TAKE(e, parameters, PLAN_BATCH * parameters);
         AD_TAKE(e, values, rows * SOLVE_MEMBERS_COLUMNS);
-        AD_TAKE(e, curvature, PLAN_BATCH * solve_members_nodes(e->solver) * 3);
+        AD_TAKE(e, curvature, PLAN_BATCH * solve_members_numbers(e->solver));
         AD_TAKE(e, jacobian, rows * SOLVE_MEMBERS_COLUMNS * parameters);
         AD_TAKE(e, solved, PLAN_BATCH);
         status = ad_memory_status(&e->memory, error, "out of memory for shapes");

@@ -107,7 +107,7 @@ static ad_status differentiate(const learned_member *of, int threads, residual_d
         return reason.status == AD_NO_MEMORY ? ad_fail(error, AD_NO_MEMORY, "%s", reason.message)
                                              : AD_OK;
     }
-    double *curvature = malloc(3 * solve_members_nodes(members) * sizeof *curvature);
+    double *curvature = malloc(solve_members_numbers(members) * sizeof *curvature);
     double *by = malloc(SOLVE_MEMBERS_COLUMNS * width * sizeof *by);
     double *g = malloc((of->unknowns + of->theta) * sizeof *g);
     ad_status status =

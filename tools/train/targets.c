@@ -25,7 +25,7 @@ static const double LEAST_SOLVED = 0.1;
 typedef struct members {
     size_t count;
     double *x;         /* [parameters][count], dimensionless */
-    double *curvature; /* [count][nodes][3] */
+    double *curvature; /* [count][rows] as solve_members has it */
     double *values;    /* [count][TARGETS_POINTS][SOLVE_MEMBERS_COLUMNS]; NULL: not wanted */
     ad_memory memory;
 } members;
@@ -107,7 +107,7 @@ ad_status targets_create(const scene *family, const targets_settings *settings, 
     ad_status status = solve_members_create(family, &solver, &t->solver, error);
     if (status == AD_OK) {
         t->nodes = solve_members_nodes(t->solver);
-        t->rows = 3 * t->nodes;
+        t->rows = solve_members_numbers(t->solver);
         status = make_room(t) ? make_family(t, error)
                               : ad_fail(error, AD_NO_MEMORY, "out of memory for a family");
     }
@@ -359,8 +359,8 @@ ad_status targets_draw(targets *t, uint64_t seed, ad_error *error)
 static void put_target(const targets *t, const model_draw *draw, size_t point, const double *from)
 {
     for (size_t i = 0; i < t->nodes; i++) {
-        for (size_t c = 0; c < 3; c++) {
-            draw->data[(c * t->nodes + i) * draw->count + point] = from[3 * i + c] * t->length;
+        for (size_t c = 0, width = t->rows / t->nodes; c < width; c++) {
+            draw->data[(c * t->nodes + i) * draw->count + point] = from[width * i + c] * t->length;
         }
     }
 }
@@ -426,8 +426,8 @@ static ad_status refine(targets *t, const model_draw *draw, size_t first, size_t
             t->x[i * count + k] = draw->x[i * draw->count + first + k];
         }
         for (size_t i = 0; i < t->nodes; i++) {
-            for (size_t c = 0; c < 3; c++) {
-                t->curvature[k * t->rows + 3 * i + c] =
+            for (size_t c = 0, width = t->rows / t->nodes; c < width; c++) {
+                t->curvature[k * t->rows + width * i + c] =
                     draw->fields[(modes + c * t->nodes + i) * draw->count + first + k] / t->length;
             }
         }
