@@ -184,7 +184,11 @@ static bool guides_moved(modes *m)
 
 ad_status modes_at(modes *m, double t, const double *inputs, ad_error *error)
 {
-    double given[SCENE_PARAMETERS_MAX];
+    double given[SCENE_PARAMETERS_MAX], as_they_are[SCENE_PARAMETERS_MAX];
+    if (!inputs) {
+        modes_commands(m, as_they_are);
+        inputs = as_they_are;
+    }
     if (m->feed.input < 0 && m->turn.input < 0) {
         return modes_give(m, t, inputs, error);
     }

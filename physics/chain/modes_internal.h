@@ -241,6 +241,13 @@ void modes_derivatives(modes *m, double *by_q, double *by_v);
 void modes_linearise(modes *m, const double *q, const double *v, const double *a, double *residual,
                      double *by_q, double *by_v);
 
+/* A rod and its modes (modes.h), with the parameters of a family as inputs and their ranges; it is
+ * measured by the member in their middle. follows: a held end may depend on them, as whoever steps
+ * says how fast they are, or they stay as they are. Both results are to be freed, also after
+ * errors; AD_BAD_ARGUMENT: a parameter that modes do not take as an input. */
+ad_status modes_create_open(const scene *family, bool follows, const modes_counts *counts,
+                            int finer, solve_rod **rod, modes **result, ad_error *error);
+
 /* Ranges of the inputs: parts that are affine in them everywhere, as far as samples tell, and do
  * not depend on t are taken as sums from now on. AD_NO_MEMORY, errors of formulas. */
 ad_status modes_set_ranges(modes *m, const double *low, const double *high, ad_error *error);
@@ -308,6 +315,11 @@ void modes_places_free(modes_places *places);
  * lies beyond. */
 void modes_samples(const modes *m, const modes_places *places, solve_state *out);
 
+/* The same of a state: q, q_t, stretches of Maxwell branches [3][size], with the accelerations that
+ * it has; room [2][size]. AD_NOT_FINITE: it has none. */
+ad_status modes_see(modes *m, const double *state, double *room, const modes_places *places,
+                    solve_state *out, ad_error *error);
+
 /* Kinematics of places, s [places] within [0, 1], with the wanted rows [rows] of derivatives; the
  * start is that of the present time and inputs, and by modes_kinematics_start of those it is called
  * with. AD_NO_MEMORY: x is all 0. */
@@ -321,8 +333,8 @@ void modes_kinematics_start(const modes *m, kinematics *kinematics);
 ad_status modes_fit_seen(modes *m, size_t count, const solve_seen *seen, double *q, double *v,
                          ad_error *error);
 
-/* Time and inputs, for all that follows; AD_NOT_FINITE. Inputs are those of formulas in the second,
- * where modes_at gives the command of what is fed. */
+/* Time and inputs (NULL: as they are), for all that follows; AD_NOT_FINITE. Inputs are those of
+ * formulas in the second, where modes_at gives the command of what is fed. */
 ad_status modes_at(modes *m, double t, const double *inputs, ad_error *error);
 ad_status modes_give(modes *m, double t, const double *inputs, ad_error *error);
 

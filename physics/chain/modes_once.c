@@ -207,6 +207,26 @@ static ad_status derivative_rows(collocation *collocation, int i, double t, doub
     return status;
 }
 
+/* How q, v at the end of the step change, by how the accelerations do: rows [stages][size] that
+ * have `width` columns of them, and those at the start, [2 size][width]; in place. */
+static void change_state(const collocation *collocation, double h, const double *accelerated,
+                         int stride, int width, double *change)
+{
+    const collocation_method *method = &collocation->by;
+    const int n = collocation->size, last = method->rule.stages - 1;
+    for (int k = 0; k < n; k++) {
+        double *q = change + k * width, *v = change + (n + k) * width;
+        for (int c = 0; c < width; c++) {
+            q[c] += h * v[c];
+            for (int j = 0; j <= last; j++) {
+                const double a = accelerated[(j * n + k) * stride + c];
+                q[c] += h * h * method->square[last][j] * a;
+                v[c] += h * method->rule.weights[j] * a;
+            }
+        }
+    }
+}
+
 /* Rows of d at the end of the step, from those of accelerations in `room`. */
 static void branch_rows(const collocation *collocation, double h, collocation_ends ends,
                         int columns, const double *room, double *by)
@@ -243,8 +263,7 @@ ad_status collocation_derivatives(collocation *collocation, double t, double h,
                                   const double *q, const double *v, const double *d, double *room,
                                   double *by, ad_error *error)
 {
-    const collocation_method *method = &collocation->by;
-    const int n = collocation->size, all = method->rule.stages * n,
+    const int n = collocation->size, all = collocation->by.rule.stages * n,
               wanted = 2 * n + collocation->m->branch.count + collocation->m->inputs + ends.count;
     const int columns = all + wanted;
     double *by_inputs = room + all * columns;
@@ -252,10 +271,10 @@ ad_status collocation_derivatives(collocation *collocation, double t, double h,
     ad_status status = collocation_branch_begin(collocation, t, h, inputs, d, error);
     status =
         status == AD_OK ? collocation_branch_by_inputs(collocation, t, h, inputs, error) : status;
-    for (int i = 0; i < method->rule.stages && status == AD_OK; i++) {
+    for (int i = 0; i < collocation->by.rule.stages && status == AD_OK; i++) {
         collocation_branch_stretch(collocation, i, h, v);
     }
-    for (int i = 0; i < method->rule.stages && status == AD_OK; i++) {
+    for (int i = 0; i < collocation->by.rule.stages && status == AD_OK; i++) {
         status = derivative_rows(collocation, i, t, h, inputs, ends, q, v, columns,
                                  room + i * n * columns, by_inputs, error);
     }
@@ -263,20 +282,56 @@ ad_status collocation_derivatives(collocation *collocation, double t, double h,
     if (status == AD_OK && !collocation_eliminate(all, columns, room)) {
         status = ad_fail(error, AD_NOT_FINITE, "the derivative of a step is singular");
     }
-    for (int k = 0; k < n && status == AD_OK; k++) {
-        double *to_q = by + k * wanted, *to_v = by + (n + k) * wanted;
-        for (int c = 0; c < wanted; c++) {
-            to_q[c] = (c == k) + (c == n + k ? h : 0);
-            to_v[c] = c == n + k;
-            for (int j = 0; j < method->rule.stages; j++) {
-                const double a = room[(j * n + k) * columns + all + c];
-                to_q[c] += h * h * method->square[method->rule.stages - 1][j] * a;
-                to_v[c] += h * method->rule.weights[j] * a;
-            }
+    if (status == AD_OK) {
+        memset(by, 0, (size_t)(2 * n) * (size_t)wanted * sizeof *by);
+        for (int k = 0; k < 2 * n; k++) {
+            by[k * wanted + k] = 1;
         }
+        change_state(collocation, h, room + all, columns, wanted, by);
     }
     if (status == AD_OK) {
         branch_rows(collocation, h, ends, columns, room, by);
+    }
+    return status;
+}
+
+size_t collocation_along_room(const collocation *collocation, int count)
+{
+    const size_t n = (size_t)collocation->size, inputs = (size_t)collocation->m->inputs;
+    const size_t all = (size_t)collocation->by.rule.stages * n;
+    return all * (all + (size_t)count) + n * (all + 2 * n + 2 * inputs);
+}
+
+ad_status collocation_along(collocation *collocation, double t, double h, int count,
+                            const double *q, const double *v, double *room, double *change,
+                            ad_error *error)
+{
+    const int n = collocation->size, stages = collocation->by.rule.stages, all = stages * n;
+    const int inputs = collocation->m->inputs, known = 2 * n + inputs, columns = all + known;
+    double *rows = room + (size_t)all * (size_t)(all + count), *by_inputs = rows + n * columns;
+    double now[SCENE_PARAMETERS_MAX];
+    ad_status status = AD_OK;
+    modes_commands(collocation->m, now);
+    for (int i = 0; i < stages && status == AD_OK; i++) {
+        status = derivative_rows(collocation, i, t, h, now, (collocation_ends){0, 0}, q, v, columns,
+                                 rows, by_inputs, error);
+        for (int r = 0; r < n; r++) {
+            const double *from = rows + r * columns;
+            double *to = room + (i * n + r) * (all + count);
+            memcpy(to, from, (size_t)all * sizeof *to);
+            memset(to + all, 0, (size_t)count * sizeof *to);
+            for (int k = 0; k < known; k++) {
+                for (int c = 0; c < count && from[all + k] != 0; c++) {
+                    to[all + c] += from[all + k] * change[k * count + c];
+                }
+            }
+        }
+    }
+    if (status == AD_OK && !collocation_eliminate(all, all + count, room)) {
+        status = ad_fail(error, AD_NOT_FINITE, "the derivative of a step is singular");
+    }
+    if (status == AD_OK) {
+        change_state(collocation, h, room + all, all + count, count, change);
     }
     return status;
 }

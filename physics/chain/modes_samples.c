@@ -142,3 +142,19 @@ void modes_samples(const modes *m, const modes_places *places, solve_state *out)
         sample(m, &places->at[i], &out[i]);
     }
 }
+
+ad_status modes_see(modes *m, const double *state, double *room, const modes_places *places,
+                    solve_state *out, ad_error *error)
+{
+    const size_t size = (size_t)m->size;
+    const double *q = state, *v = q + size, *d = v + size;
+    double *a = room, *residual = a + size;
+    modes_stretch(m, d);
+    if (!modes_accelerations(m, q, v, a)) {
+        return modes_accelerations_fail(m, error);
+    }
+    modes_shape(m, q, v, a);
+    modes_forces(m, false, residual);
+    modes_samples(m, places, out);
+    return AD_OK;
+}

@@ -72,6 +72,14 @@ ad_status collocation_derivatives(collocation *collocation, double t, double h,
                                   double *by, ad_error *error);
 size_t collocation_derivative_room(const collocation *collocation);
 
+/* After a step without Maxwell branches, with q, v of its start: change [2 size + inputs][count],
+ * derivatives of the state at its start and of the inputs, as they are, by so many numbers; those
+ * of the state become those at its end, as above. room [collocation_along_room]. */
+ad_status collocation_along(collocation *collocation, double t, double h, int count,
+                            const double *q, const double *v, double *room, double *change,
+                            ad_error *error);
+size_t collocation_along_room(const collocation *collocation, int count);
+
 collocation_counts collocation_counts_of(const collocation *collocation);
 
 #endif

@@ -4,9 +4,7 @@
 #include "autodiff/memory.h"
 #include "physics/chain/modes_internal.h"
 #include "physics/chain/modes_step.h"
-#include "physics/scene/scene_field.h"
 #include "physics/scene/scene_memory.h"
-#include "physics/scene/support.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -25,7 +23,6 @@ _Static_assert(offsetof(reduced_place, angular_velocity) == 10 * sizeof(double) 
 struct reduced_rod {
     scene open;
     scene_values values; /* its names, where inputs have a memory */
-    const char *names[SCENE_PARAMETERS_MAX];
     double usual[SCENE_PARAMETERS_MAX];
     solve_rod *rod;
     modes *m;
@@ -55,33 +52,6 @@ struct reduced_rod {
 
 /* ---- making -------------------------------------------------------------------------------- */
 
-/* Places are seen where they are at usual inputs: what differs has to be a mode. */
-static ad_status check_lengths(const scene *open, ad_error *error)
-{
-    char text[sizeof error->message];
-    for (int k = 0; k < open->parameter_count && !(open->feed.to > 0); k++) {
-        if (quantity_depends_on(open->place, open->parameters[k].name)) {
-            support_sentence(support_feature_find("a length or place with a range"),
-                             SUPPORT_ONE_STEP, text, sizeof text);
-            return ad_fail(error, AD_BAD_ARGUMENT,
-                           "%s; what comes out of a port may follow a parameter by rod.feed_time",
-                           text);
-        }
-    }
-    return AD_OK;
-}
-
-/* Of an end that follows an input its rates are not known. */
-static ad_status check_end(const solve_rod *rod, bool follows, ad_error *error)
-{
-    return !follows && modes_end_directions(rod) > 0 &&
-                   solve_rod_part_kind(rod, SOLVE_END).by_parameters
-               ? ad_fail(error, AD_BAD_ARGUMENT,
-                         "boundary.end depends on a parameter, and the end is held; allowed: "
-                         "numbers and formulas of t")
-               : AD_OK;
-}
-
 static bool end_depends_on(const scene_end *end, const char *name)
 {
     const scene_hold hold = scene_hold_of(end);
@@ -105,54 +75,14 @@ static void find_followed(reduced_rod *rod)
     }
 }
 
-/* What turns the base is a mode, and formulas have 0 in its place. */
-static ad_status check_turn(const scene *open, ad_error *error)
-{
-    for (int k = 0; k < open->parameter_count && open->start.turn_time.is_given; k++) {
-        const char *name = open->parameters[k].name;
-        for (int i = 0;
-             i < scene_field_count && quantity_any_depends_on(4, open->start.rotation, name); i++) {
-            const quantity *of = scene_field_of(open, &scene_fields[i]);
-            if (of != open->start.rotation &&
-                quantity_any_depends_on(scene_fields[i].count, of, name)) {
-                return ad_fail(
-                    error, AD_BAD_ARGUMENT,
-                    "%s depends on %s, which turns the base by boundary.start.turn_time; "
-                    "allowed: in boundary.start.rotation alone",
-                    scene_fields[i].key, name);
-            }
-        }
-    }
-    return AD_OK;
-}
-
 static ad_status create_model(reduced_rod *rod, const reduced_settings *settings, ad_error *error)
 {
-    const scene *open = &rod->open;
-    const int *given = settings->modes, count = open->parameter_count;
+    const int *given = settings->modes;
     const bool is_given = given[0] + given[1] + given[2] + given[3] > 0;
     const modes_counts counts = is_given ? modes_counts_of(given[0], given[1], given[2], given[3])
                                          : modes_counts_of(3, 1, 2, 1);
-    solve_parameters parameters = {count, rod->names, rod->usual};
-    double low[SCENE_PARAMETERS_MAX], high[SCENE_PARAMETERS_MAX];
-    scene_middle_values(open, rod->usual);
-    for (int k = 0; k < count; k++) {
-        rod->names[k] = open->parameters[k].name;
-        low[k] = open->parameters[k].low;
-        high[k] = open->parameters[k].high;
-    }
-    ad_status status = check_lengths(open, error);
-    status = status == AD_OK ? check_turn(open, error) : status;
-    if (status != AD_OK) {
-        return status;
-    }
-    status = count > 0 ? solve_rod_create_open(open, &parameters, &rod->rod, error)
-                       : solve_rod_create(open, &rod->rod, error);
-    status = status == AD_OK ? check_end(rod->rod, settings->follows, error) : status;
-    if (status == AD_OK) {
-        status = modes_create(rod->rod, count > 0 ? &parameters : NULL, &counts, 0, &rod->m, error);
-    }
-    return status == AD_OK ? modes_set_ranges(rod->m, low, high, error) : status;
+    scene_middle_values(&rod->open, rod->usual);
+    return modes_create_open(&rod->open, settings->follows, &counts, 0, &rod->rod, &rod->m, error);
 }
 
 static ad_status place(reduced_rod *rod, const reduced_settings *settings, ad_error *error)

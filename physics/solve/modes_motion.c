@@ -9,10 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Of a step: of order 9. With 3, of order 5, motions took as long for a tenth of the accuracy. */
-enum { STAGES = 5 };
-
-enum { STATES = 3 };
+enum { STAGES = MODES_MOTION_STAGES, STATES = MODES_MOTION_STATES };
 
 /* Of time. */
 static const double ROUNDING = 1e-14;
@@ -199,20 +196,12 @@ ad_status modes_motion_at(const modes_solution *solution, size_t which, size_t n
                           solve_state *out, ad_error *error)
 {
     const size_t size = (size_t)modes_size(solution->m), at = solution->times.which[which];
-    const double *q = solution->states + at * STATES * size, *v = q + size;
-    double *a = solution->room, *residual = a + size;
-    ad_status status = modes_at(solution->m, solution->times.all[at], NULL, error);
-    modes_stretch(solution->m, v + size);
-    if (status == AD_OK && !modes_accelerations(solution->m, q, v, a)) {
-        status = modes_accelerations_fail(solution->m, error);
-    }
     modes_places *places = NULL;
+    ad_status status = modes_at(solution->m, solution->times.all[at], NULL, error);
     status = status == AD_OK ? modes_places_create(solution->m, n, s, &places, error) : status;
-    if (status == AD_OK) {
-        modes_shape(solution->m, q, v, a);
-        modes_forces(solution->m, false, residual);
-        modes_samples(solution->m, places, out);
-    }
+    status = status == AD_OK ? modes_see(solution->m, solution->states + at * STATES * size,
+                                         solution->room, places, out, error)
+                             : status;
     modes_places_free(places);
     return status;
 }

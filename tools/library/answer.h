@@ -5,6 +5,7 @@
 #ifndef TOOLS_LIBRARY_ANSWER_H
 #define TOOLS_LIBRARY_ANSWER_H
 
+#include "physics/solve/motion_change.h"
 #include "physics/solve/solve.h"
 #include "tools/library/trained_family.h"
 
@@ -16,7 +17,7 @@ typedef struct answer {
     int columns; /* the first of the scene's model */
 } answer;
 
-/* One of the two is there. */
+/* One of the first two is there. */
 typedef struct answer_kind {
     /* One shape, values [columns][points] at s and t [points]. */
     ad_status (*at_points)(const answer *a, size_t points, const double *s, const double *t,
@@ -25,11 +26,15 @@ typedef struct answer_kind {
      * unless NULL jacobian [members][points][columns][parameters], said [members]. */
     ad_status (*of_members)(const answer *a, size_t members, const double *parameters,
                             double *values, double *jacobian, cpinn_answer *said, ad_error *error);
+    /* NULL: not known. Beside at_points, by [columns][parameters][points]. */
+    ad_status (*change_at_points)(const answer *a, size_t points, const double *s, const double *t,
+                                  double *by, ad_error *error);
 } answer_kind;
 
 /* Of a family the member that the field was told. */
 answer answer_of_network(field *trained, const double *weights, const scene *of);
 answer answer_of_solution(const solution *solved, const scene *of);
+answer answer_of_motion(const solution *solved, motion_change *change, const scene *family);
 answer answer_of_family(cpinn_family *family, const cpinn_polish *polish);
 
 #endif

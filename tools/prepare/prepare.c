@@ -121,18 +121,14 @@ static ad_status choose_control(config *config, ad_error *error)
     return blame(config, status, key, &reason, error);
 }
 
-/* context: whether the scene is a simulated robot's, whose rod settles for itself. */
 static ad_status choose(config *config, const void *context, ad_error *error)
 {
-    const bool *is_robot = context;
-    ad_status status = *is_robot ? AD_OK : check_start(config, error);
+    (void)context;
     ad_error reason;
     char key[TRAIN_KEY_MAX];
     train_close_compared(&config->settings, &config->scene);
-    if (status == AD_OK) {
-        status =
-            blame(config, train_check_data(&config->settings, key, &reason), key, &reason, error);
-    }
+    ad_status status =
+        blame(config, train_check_data(&config->settings, key, &reason), key, &reason, error);
     if (status == AD_OK && surrogate_is_given(&config->surrogate)) {
         status = choose_surrogate(config, error);
     }
@@ -141,8 +137,7 @@ static ad_status choose(config *config, const void *context, ad_error *error)
 
 ad_status prepare_choices(config *config, ad_error *error)
 {
-    const bool is_robot = false;
-    return config_with_points(config, choose, &is_robot, error);
+    return config_with_points(config, choose, NULL, error);
 }
 
 /* A one-step model has been chosen and checked. */
@@ -151,7 +146,8 @@ static ad_status choose_training(config *config, const void *context, ad_error *
     (void)context;
     ad_error reason;
     char key[TRAIN_KEY_MAX];
-    ad_status status = choose_formulation(config, error);
+    ad_status status = check_start(config, error);
+    status = status == AD_OK ? choose_formulation(config, error) : status;
     if (status == AD_OK && !surrogate_is_given(&config->surrogate)) {
         status = train_settings_resolve(&config->settings, &config->scene, key, &reason);
         status = blame(config, status, key, &reason, error);
@@ -219,9 +215,9 @@ ad_status prepare_config(config *config, ad_error *error)
 }
 
 /* What was read with `status`. */
-static ad_status prepare(ad_status status, bool is_robot, config **x, ad_error *error)
+static ad_status prepare(ad_status status, config **x, ad_error *error)
 {
-    status = status == AD_OK ? config_with_points(*x, choose, &is_robot, error) : status;
+    status = status == AD_OK ? prepare_choices(*x, error) : status;
     status = status == AD_OK ? prepare_start(*x, error) : status;
     if (status != AD_OK) {
         config_free(*x);
@@ -233,21 +229,21 @@ static ad_status prepare(ad_status status, bool is_robot, config **x, ad_error *
 ad_status prepare_read(const char *path, const char *text, int count, const char *const *overrides,
                        config **result, ad_error *error)
 {
-    return prepare(config_read(path, text, count, overrides, result, error), false, result, error);
+    return prepare(config_read(path, text, count, overrides, result, error), result, error);
 }
 
 ad_status prepare_read_member(const char *path, const char *text, int count,
                               const char *const *overrides, const char *at, config **result,
                               ad_error *error)
 {
-    return prepare(config_read_member(path, text, count, overrides, at, result, error), false,
-                   result, error);
+    return prepare(config_read_member(path, text, count, overrides, at, result, error), result,
+                   error);
 }
 
 ad_status prepare_create(const scene *rod_scene, const train_settings *settings, config **result,
                          ad_error *error)
 {
-    return prepare(config_create(rod_scene, settings, result, error), false, result, error);
+    return prepare(config_create(rod_scene, settings, result, error), result, error);
 }
 
 static ad_status read_plant(const char *path, int count, const char *const *overrides,
@@ -280,7 +276,7 @@ static ad_status read_plant(const char *path, int count, const char *const *over
         all[count++] = "surrogate=null";
     }
     const ad_status status =
-        prepare(config_read(path, NULL, count, all, plant, error), true, plant, error);
+        prepare(config_read(path, NULL, count, all, plant, error), plant, error);
     free(all);
     if (status == AD_OK) {
         return AD_OK;

@@ -181,13 +181,18 @@ ad_status samples_ask(samples *p, const answer *a, ad_error *error)
     if (a->kind->of_members) {
         return ask_for_members(p, a, error);
     }
-    if (p->derives) {
+    if (p->derives && !a->kind->change_at_points) {
         return ad_fail(error, AD_BAD_ARGUMENT,
                        "derivatives by parameters are of members of a family; this is one shape");
     }
-    const ad_status status = a->kind->at_points(a, p->count, p->s, p->t, p->values, error);
+    ad_status status = a->kind->at_points(a, p->count, p->s, p->t, p->values, error);
     for (size_t i = 0; i < numbers && status == AD_OK; i++) {
         p->values[i] += 0.0;
+    }
+    if (p->derives && status == AD_OK) {
+        p->slopes = malloc((numbers * (size_t)a->scene->parameter_count + 1) * sizeof *p->slopes);
+        status = p->slopes ? a->kind->change_at_points(a, p->count, p->s, p->t, p->slopes, error)
+                           : ad_fail(error, AD_NO_MEMORY, "out of memory for derivatives");
     }
     return status;
 }

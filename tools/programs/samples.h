@@ -12,11 +12,11 @@ typedef struct samples {
     size_t count;       /* points of a shape */
     size_t members;     /* shapes; 0: the one shape of a scene */
     double *s, *t;      /* [count] m, s; one allocation, `s` owns it */
-    double *parameters; /* [members][parameters], owned */
+    double *parameters; /* [members, or 1][parameters], owned; NULL: of no family */
     const scene *of;    /* of what is answered: whose columns these are, borrowed; */
     int columns;        /* the first of its model, */
     double *values;     /* [columns][rows], SI units, */
-    bool derives;       /* whether wanted are, of members: */
+    bool derives;       /* whether wanted are, where who answers has them: */
     double *slopes;     /* [columns][parameters][rows], derivatives of values by parameters; NULL */
     cpinn_answer *said; /* [members], */
     double seconds;     /* that the answers took */

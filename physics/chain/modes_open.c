@@ -1,0 +1,77 @@
+/* A reduced rod of a family, whose parameters are its inputs. */
+#include "physics/chain/modes_internal.h"
+#include "physics/scene/scene_field.h"
+#include "physics/scene/support.h"
+
+/* Places are seen where they are at usual inputs: what differs has to be a mode. */
+static ad_status check_lengths(const scene *open, ad_error *error)
+{
+    char text[sizeof error->message];
+    for (int k = 0; k < open->parameter_count && !(open->feed.to > 0); k++) {
+        if (quantity_depends_on(open->place, open->parameters[k].name)) {
+            support_sentence(support_feature_find("a length or place with a range"),
+                             SUPPORT_ONE_STEP, text, sizeof text);
+            return ad_fail(error, AD_BAD_ARGUMENT,
+                           "%s; what comes out of a port may follow a parameter by rod.feed_time",
+                           text);
+        }
+    }
+    return AD_OK;
+}
+
+/* Of an end that follows an input its rates are not known. */
+static ad_status check_end(const solve_rod *rod, bool follows, ad_error *error)
+{
+    return !follows && modes_end_directions(rod) > 0 &&
+                   solve_rod_part_kind(rod, SOLVE_END).by_parameters
+               ? ad_fail(error, AD_BAD_ARGUMENT,
+                         "boundary.end depends on a parameter, and the end is held; allowed: "
+                         "numbers and formulas of t")
+               : AD_OK;
+}
+
+/* What turns the base is a mode, and formulas have 0 in its place. */
+static ad_status check_turn(const scene *open, ad_error *error)
+{
+    for (int k = 0; k < open->parameter_count && open->start.turn_time.is_given; k++) {
+        const char *name = open->parameters[k].name;
+        for (int i = 0;
+             i < scene_field_count && quantity_any_depends_on(4, open->start.rotation, name); i++) {
+            const quantity *of = scene_field_of(open, &scene_fields[i]);
+            if (of != open->start.rotation &&
+                quantity_any_depends_on(scene_fields[i].count, of, name)) {
+                return ad_fail(
+                    error, AD_BAD_ARGUMENT,
+                    "%s depends on %s, which turns the base by boundary.start.turn_time; "
+                    "allowed: in boundary.start.rotation alone",
+                    scene_fields[i].key, name);
+            }
+        }
+    }
+    return AD_OK;
+}
+
+ad_status modes_create_open(const scene *family, bool follows, const modes_counts *counts,
+                            int finer, solve_rod **rod, modes **result, ad_error *error)
+{
+    const char *names[SCENE_PARAMETERS_MAX];
+    double low[SCENE_PARAMETERS_MAX], high[SCENE_PARAMETERS_MAX], middle[SCENE_PARAMETERS_MAX];
+    const solve_parameters parameters = {family->parameter_count, names,
+                                         scene_middle_values(family, middle)};
+    const solve_parameters *open = parameters.count > 0 ? &parameters : NULL;
+    for (int k = 0; k < parameters.count; k++) {
+        names[k] = family->parameters[k].name;
+        low[k] = family->parameters[k].low;
+        high[k] = family->parameters[k].high;
+    }
+    ad_status status = check_lengths(family, error);
+    status = status == AD_OK ? check_turn(family, error) : status;
+    if (status != AD_OK) {
+        return status;
+    }
+    status = open ? solve_rod_create_open(family, open, rod, error)
+                  : solve_rod_create(family, rod, error);
+    status = status == AD_OK ? check_end(*rod, follows, error) : status;
+    status = status == AD_OK ? modes_create(*rod, open, counts, finer, result, error) : status;
+    return status == AD_OK ? modes_set_ranges(*result, low, high, error) : status;
+}

@@ -1,0 +1,507 @@
+#include "physics/solve/motion_change.h"
+
+#include "autodiff/dense.h"
+#include "autodiff/memory.h"
+#include "physics/chain/modes_internal.h"
+#include "physics/chain/modes_step.h"
+#include "physics/numerics/sort.h"
+#include "physics/scene/breaks.h"
+#include "physics/scene/support.h"
+#include "physics/solve/dynamic.h"
+#include "physics/solve/events.h"
+#include "physics/solve/modes_motion.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { STATES = MODES_MOTION_STATES, WIDTH = sizeof(solve_state) / sizeof(double) };
+
+struct motion_change {
+    scene family;
+    solve_rod *rod;
+    modes *m;
+    size_t count;    /* times */
+    double *times;   /* [count] ascending, in units of the rod */
+    double *values;  /* [parameters] */
+    double *states;  /* [count][STATES][size] */
+    double *changes; /* [count][2 size][parameters] */
+    double *state;   /* [STATES][size] as it goes, and */
+    double *change;  /* [2 size + parameters][parameters] how it changes */
+    double *trial;   /* [STATES][size], and room [2][size] behind it */
+    double *beside;  /* [parameters] */
+    modes_linear room;
+    ad_memory memory;
+    long steps;
+};
+
+void motion_change_free(motion_change *x)
+{
+    if (x) {
+        modes_free(x->m);
+        solve_rod_free(x->rod);
+        ad_memory_free(&x->memory);
+        free(x);
+    }
+}
+
+/* What is wanted; times in s. */
+typedef struct asked {
+    const scene *family;
+    const double *parameters;
+    size_t count, stop_count;
+    double *times; /* [count] ascending */
+    double *stops; /* [stop_count] ascending: instants that no step may pass */
+} asked;
+
+/* ---- what has no derivatives --------------------------------------------------------------- */
+
+static ad_status refuse(ad_error *error, const char *what)
+{
+    return ad_fail(error, AD_BAD_ARGUMENT, "derivatives of a motion: not yet of %s", what);
+}
+
+/* Breaks in time of a member beside the one that is meant. */
+static ad_status breaks_at(const scene *family, const double *values, scene_breaks *breaks,
+                           ad_error *error)
+{
+    scene member;
+    scene_member(family, values, &member);
+    return scene_breaks_of(&member, "t", breaks, error);
+}
+
+/* Where a jump or a kink in time moves with a parameter, what it does to the motion is not the
+ * derivative of a formula. */
+static ad_status check_breaks(const scene *family, const double *parameters, ad_error *error)
+{
+    static const double BESIDE = 1e-4; /* of the ranges */
+    double values[SCENE_PARAMETERS_MAX];
+    scene_breaks now, moved;
+    memcpy(values, parameters, (size_t)family->parameter_count * sizeof *values);
+    ad_status status = breaks_at(family, values, &now, error);
+    if (status == AD_OK && now.unresolved) {
+        return ad_fail(error, AD_BAD_ARGUMENT,
+                       "%s jumps where that is not found: there are no derivatives by parameters",
+                       now.unresolved);
+    }
+    for (int k = 0; k < family->parameter_count && status == AD_OK; k++) {
+        values[k] += BESIDE * (family->parameters[k].high - family->parameters[k].low);
+        status = breaks_at(family, values, &moved, error);
+        values[k] = parameters[k];
+        bool same = status == AD_OK && moved.count == now.count;
+        for (int i = 0; i < now.count && same; i++) {
+            same = fabs(moved.place[i] - now.place[i]) <= 1e-12 * scene_duration(family);
+        }
+        if (status == AD_OK && !same) {
+            status = ad_fail(error, AD_BAD_ARGUMENT,
+                             "the parameter %s moves an instant at which a formula jumps or has a "
+                             "kink: there are no derivatives by it",
+                             family->parameters[k].name);
+        }
+    }
+    return status;
+}
+
+static ad_status check(const scene *family, const solve_settings *settings, ad_error *error)
+{
+    scene middle;
+    if (!scene_is_family(family) || !scene_is_dynamic(family) || scene_is_beam(family)) {
+        return ad_fail(error, AD_BAD_ARGUMENT,
+                       "derivatives of a motion: allowed: of a rod in motion whose parameters have "
+                       "ranges");
+    }
+    scene_middle(family, &middle);
+    const ad_status status = support_check(&middle, SUPPORT_MODES, NULL, error);
+    return status != AD_OK            ? status
+           : family->memory_count > 0 ? refuse(error, "plays and lags of parameters")
+           : family->feed.to > 0      ? refuse(error, "a rod that is inserted")
+           : settings->from_count > 0 ? refuse(error, "a motion from a given state")
+                                      : AD_OK;
+}
+
+/* ---- one solution -------------------------------------------------------------------------- */
+
+/* t in units of the rod. */
+static ad_status at(const motion_change *x, double t, int parameter, double by, ad_error *error)
+{
+    double values[SCENE_PARAMETERS_MAX];
+    memcpy(values, x->values, (size_t)x->m->inputs * sizeof *values);
+    if (parameter >= 0) {
+        values[parameter] += by;
+    }
+    return modes_at(x->m, t, values, error);
+}
+
+/* The state that the motion begins with; of an equilibrium followed from that of the middle. */
+static ad_status begin(motion_change *x, int parameter, double by, double *state, ad_error *error)
+{
+    const size_t size = (size_t)x->m->size;
+    double middle[SCENE_PARAMETERS_MAX], values[SCENE_PARAMETERS_MAX];
+    ad_status status = at(x, 0, parameter, by, error);
+    memset(state, 0, STATES * size * sizeof *state);
+    if (status == AD_OK && x->family.initial.state == SCENE_EQUILIBRIUM) {
+        modes_commands(x->m, values);
+        status = modes_initial_settled(x->m, scene_middle_values(&x->family, middle), values, NULL,
+                                       &x->room, error);
+        memcpy(state, x->room.q, size * sizeof *state);
+        memcpy(state + size, x->room.v, size * sizeof *state);
+    } else if (status == AD_OK) {
+        status = modes_initial(x->m, state, state + size, error);
+    }
+    return status;
+}
+
+/* The start, and how it changes. */
+static ad_status begin_change(motion_change *x, ad_error *error)
+{
+    const size_t size = (size_t)x->m->size, p = (size_t)x->m->inputs;
+    ad_status status = AD_OK;
+    memset(x->change, 0, (2 * size + p) * p * sizeof *x->change);
+    for (size_t k = 0; k < p && status == AD_OK; k++) {
+        x->change[(2 * size + k) * p + k] = 1;
+        for (int side = -1; side <= 1 && status == AD_OK; side += 2) {
+            status = begin(x, (int)k, side * x->beside[k], x->trial, error);
+            for (size_t i = 0; i < 2 * size && status == AD_OK; i++) {
+                x->change[i * p + k] += side * x->trial[i] / (2 * x->beside[k]);
+            }
+        }
+    }
+    return status == AD_OK ? begin(x, -1, 0, x->state, error) : status;
+}
+
+/* On to `end`. */
+static ad_status go_on(motion_change *x, collocation *by, double *room, double *t, double end,
+                       double tolerance, ad_error *error)
+{
+    const size_t size = (size_t)x->m->size;
+    double *q = x->state, *v = q + size, *d = v + size;
+    solve_energy unused = {0};
+    ad_status status = AD_OK;
+    while (*t < end && status == AD_OK) {
+        const double from = *t;
+        memcpy(x->trial, x->state, STATES * size * sizeof *x->trial);
+        status = at(x, from, -1, 0, error);
+        status = status == AD_OK ? collocation_next(by, t, end, tolerance, q, v, d, &unused, error)
+                                 : status;
+        status = status == AD_OK ? collocation_along(by, from, *t - from, x->m->inputs, x->trial,
+                                                     x->trial + size, room, x->change, error)
+                                 : status;
+        x->steps++;
+    }
+    return status;
+}
+
+/* Through all times, with a stop at each and at each instant that no step may pass. */
+static ad_status go(motion_change *x, const asked *of, double tolerance, ad_error *error)
+{
+    const size_t size = (size_t)x->m->size, p = (size_t)x->m->inputs;
+    const double unit = x->rod->scales.time;
+    collocation *by = NULL;
+    double t = 0;
+    size_t stop = 0;
+    ad_status status = begin_change(x, error);
+    status = status == AD_OK ? collocation_create(x->m, MODES_MOTION_STAGES, &by, error) : status;
+    double *room =
+        status == AD_OK ? malloc(collocation_along_room(by, x->m->inputs) * sizeof *room) : NULL;
+    if (status == AD_OK && !room) {
+        status = ad_fail(error, AD_NO_MEMORY, "out of memory for derivatives of a step");
+    }
+    for (size_t i = 0; i < x->count && status == AD_OK; i++) {
+        for (; stop < of->stop_count && of->stops[stop] < x->times[i] && status == AD_OK; stop++) {
+            status = go_on(x, by, room, &t, of->stops[stop] / unit, tolerance, error);
+        }
+        status =
+            status == AD_OK ? go_on(x, by, room, &t, x->times[i] / unit, tolerance, error) : status;
+        memcpy(x->states + i * STATES * size, x->state, STATES * size * sizeof *x->state);
+        memcpy(x->changes + i * 2 * size * p, x->change, 2 * size * p * sizeof *x->change);
+    }
+    free(room);
+    collocation_free(by);
+    return status;
+}
+
+static ad_status allocate(motion_change *x, ad_error *error)
+{
+    const size_t size = (size_t)x->m->size, p = (size_t)x->m->inputs;
+    const size_t square = size * (size_t)x->m->width;
+    AD_TAKE(x, states, x->count * STATES * size);
+    AD_TAKE(x, changes, x->count * 2 * size * p);
+    AD_TAKE(x, state, STATES * size);
+    AD_TAKE(x, change, (2 * size + p) * p);
+    AD_TAKE(x, trial, (STATES + 2) * size);
+    AD_TAKE(x, room.q, size);
+    AD_TAKE(x, room.v, size);
+    AD_TAKE(x, room.a, size);
+    AD_TAKE(x, room.residual, size);
+    AD_TAKE(x, room.by_q, square);
+    AD_TAKE(x, room.by_v, square);
+    AD_TAKE(x, room.factor, square);
+    AD_TAKE(x, room.pivots, size);
+    return ad_memory_status(&x->memory, error, "out of memory for derivatives of a motion");
+}
+
+static ad_status solve(const asked *of, const modes_counts *counts, double tolerance,
+                       motion_change **result, ad_error *error)
+{
+    enum { FINER = 4 };
+    const size_t p = (size_t)of->family->parameter_count;
+    motion_change *x = *result = calloc(1, sizeof *x);
+    if (!x) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for derivatives of a motion");
+    }
+    x->family = *of->family;
+    x->count = of->count;
+    AD_TAKE(x, values, p);
+    AD_TAKE(x, beside, p);
+    AD_TAKE(x, times, of->count);
+    ad_status status =
+        ad_memory_status(&x->memory, error, "out of memory for derivatives of a motion");
+    if (status == AD_OK) {
+        memcpy(x->values, of->parameters, p * sizeof *x->values);
+        memcpy(x->times, of->times, of->count * sizeof *x->times);
+        status = modes_create_open(&x->family, true, counts, FINER, &x->rod, &x->m, error);
+    }
+    if (status == AD_OK && x->m->branch.count > 0) {
+        status = refuse(error, "a material with a Maxwell branch");
+    }
+    status = status == AD_OK ? allocate(x, error) : status;
+    for (size_t k = 0; k < p && status == AD_OK; k++) {
+        x->beside[k] = x->m->input_step[k];
+    }
+    return status == AD_OK ? go(x, of, tolerance, error) : status;
+}
+
+/* ---- refining ------------------------------------------------------------------------------ */
+
+/* Derivatives of positions [3][parameters][points]. */
+static ad_status look(const motion_change *x, double *by, ad_error *error)
+{
+    const size_t points = x->count * MOTION_COMPARED;
+    double *s = malloc(2 * points * sizeof *s), *t = s + points;
+    if (!s) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", points);
+    }
+    for (size_t i = 0; i < points; i++) {
+        s[i] = x->rod->scales.length * (double)(i % MOTION_COMPARED) / (MOTION_COMPARED - 1);
+        t[i] = x->times[i / MOTION_COMPARED];
+    }
+    const ad_status status = motion_change_evaluate(x, 3, points, s, t, by, error);
+    free(s);
+    return status;
+}
+
+/* The distance of derivatives over the latter, by the parameter for which that is the most, *worst.
+ * Of one that hardly moves the rod it counts over what moves it by so little. */
+static double compare(const motion_change *x, const double *by, const double *before, int *worst)
+{
+    const double hardly = 1e-6;
+    const size_t p = (size_t)x->m->inputs, points = x->count * MOTION_COMPARED;
+    double most = -1;
+    for (size_t k = 0; k < p; k++) {
+        const scene_parameter *of = &x->family.parameters[k];
+        const double least = hardly * x->rod->scales.length / (of->high - of->low);
+        double apart = 0, size = least * least * (double)points;
+        for (size_t i = 0; i < 3 * points; i++) {
+            const size_t j = (i / points * p + k) * points + i % points;
+            apart += (by[j] - before[j]) * (by[j] - before[j]);
+            size += by[j] * by[j];
+        }
+        if (!(sqrt(apart / size) <= most)) {
+            most = sqrt(apart / size);
+            *worst = (int)k;
+        }
+    }
+    return most;
+}
+
+/* A parameter may move strains that the motion itself leaves as they are. */
+static ad_status refine(const asked *of, const solve_settings *settings, motion_change **best,
+                        motion_change_report *report, ad_error *error)
+{
+    enum { LEVELS = 5 };
+    const int *given = settings->modes;
+    const bool is_given = given[0] + given[1] + given[2] + given[3] > 0;
+    const size_t numbers = 3 * (size_t)of->family->parameter_count * of->count * MOTION_COMPARED;
+    int n[4] = {4, 3, 2, 2};
+    double distance[2] = {INFINITY, INFINITY}; /* of the last two, and of those before */
+    double tolerance = (is_given ? 1 : 10) * settings->tolerance;
+    double *by = malloc(2 * numbers * sizeof *by), *before = by + numbers;
+    ad_status status = by ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for derivatives");
+    for (int i = 0; i < LEVELS && status == AD_OK; i++) {
+        const int *modes = is_given ? given : n;
+        const modes_counts counts = modes_counts_of(modes[0], modes[1], modes[2], modes[3]);
+        motion_change *next = NULL;
+        status = solve(of, &counts, tolerance, &next, error);
+        report->time_steps += next ? next->steps : 0;
+        if (status != AD_OK) {
+            motion_change_free(next);
+            break;
+        }
+        motion_change_free(*best);
+        *best = next;
+        status = is_given ? AD_OK : look(next, by, error);
+        if (i > 0 && status == AD_OK) {
+            distance[0] = distance[1];
+            distance[1] = compare(next, by, before, &report->worst);
+            report->estimate = motion_left_over(2, distance) * distance[1];
+        }
+        if (is_given || report->estimate <= MOTION_CHANGE_OF_TOLERANCE * settings->tolerance) {
+            break;
+        }
+        memcpy(before, by, numbers * sizeof *by);
+        for (int k = 0; k < 4; k++) {
+            const int more = n[k] + (n[k] > 4 ? n[k] / 2 : 2);
+            n[k] = more < SOLVE_MODES_MAX ? more : SOLVE_MODES_MAX;
+        }
+        tolerance = settings->tolerance;
+    }
+    free(by);
+    if (status == AD_NOT_FINITE && *best) { /* the last that came to an end */
+        status = AD_OK;
+    }
+    return status;
+}
+
+/* Instants of the member that no step may pass. */
+static ad_status find_stops(asked *of, ad_error *error)
+{
+    scene member;
+    solve_rod *rod = NULL;
+    solve_events *events = NULL;
+    scene_member(of->family, of->parameters, &member);
+    ad_status status = solve_rod_create(&member, &rod, error);
+    status = status == AD_OK ? solve_events_create(rod, &events, error) : status;
+    if (status == AD_OK) {
+        of->stops = malloc((events->count + 1) * sizeof *of->stops);
+        status = of->stops ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for instants");
+    }
+    for (size_t i = 0; status == AD_OK && i < events->count; i++) {
+        of->stops[of->stop_count++] = events->times[i] * rod->scales.time;
+    }
+    solve_events_free(events);
+    solve_rod_free(rod);
+    return status;
+}
+
+/* Each once. */
+static ad_status take_times(asked *of, size_t count, const double *times, ad_error *error)
+{
+    of->times = malloc((count + 1) * sizeof *of->times);
+    if (!of->times) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu times", count);
+    }
+    for (size_t i = 0; i < count; i++) {
+        of->times[i] = fmin(scene_duration(of->family), fmax(0, times[i]));
+    }
+    sort_ascending(count, of->times);
+    for (size_t i = 0; i < count; i++) {
+        if (of->count == 0 || of->times[i] > of->times[of->count - 1]) {
+            of->times[of->count++] = of->times[i];
+        }
+    }
+    return AD_OK;
+}
+
+ad_status motion_change_create(const scene *family, const double *parameters,
+                               const solve_settings *settings, size_t count, const double *times,
+                               motion_change **result, motion_change_report *report,
+                               ad_error *error)
+{
+    asked of = {.family = family, .parameters = parameters};
+    *result = NULL;
+    *report = (motion_change_report){.estimate = NAN};
+    ad_status status = check(family, settings, error);
+    status = status == AD_OK ? check_breaks(family, parameters, error) : status;
+    status = status == AD_OK ? find_stops(&of, error) : status;
+    status = status == AD_OK ? take_times(&of, count, times, error) : status;
+    status = status == AD_OK ? ad_dense_load(error) : status;
+    status = status == AD_OK ? refine(&of, settings, result, report, error) : status;
+    free(of.stops);
+    free(of.times);
+    if (status != AD_OK) {
+        motion_change_free(*result);
+        *result = NULL;
+    }
+    return status;
+}
+
+/* ---- values -------------------------------------------------------------------------------- */
+
+static size_t nearest(const motion_change *x, double t)
+{
+    size_t found = 0;
+    for (size_t i = 1; i < x->count; i++) {
+        found = fabs(x->times[i] - t) < fabs(x->times[found] - t) ? i : found;
+    }
+    return found;
+}
+
+/* seen [2][places]: along the derivative by a parameter, to both sides. */
+static ad_status see_beside(const motion_change *x, size_t which, size_t parameter,
+                            const modes_places *places, solve_state *seen, ad_error *error)
+{
+    const size_t size = (size_t)x->m->size, p = (size_t)x->m->inputs;
+    const double *state = x->states + which * STATES * size;
+    const double *change = x->changes + which * 2 * size * p;
+    ad_status status = AD_OK;
+    for (size_t side = 0; side < 2 && status == AD_OK; side++) {
+        const double by = side ? x->beside[parameter] : -x->beside[parameter];
+        for (size_t i = 0; i < STATES * size; i++) {
+            x->trial[i] = state[i] + (i < 2 * size ? by * change[i * p + parameter] : 0);
+        }
+        status = at(x, x->times[which] / x->rod->scales.time, (int)parameter, by, error);
+        status = status == AD_OK ? modes_see(x->m, x->trial, x->trial + STATES * size, places,
+                                             seen + side * places->count, error)
+                                 : status;
+    }
+    return status;
+}
+
+/* Points of one time, from `first` on. */
+static ad_status give(const motion_change *x, size_t which, const modes_places *places,
+                      solve_state *seen, int columns, size_t first, size_t points, double *by,
+                      ad_error *error)
+{
+    const size_t p = (size_t)x->m->inputs;
+    double units[WIDTH];
+    solve_rod_units(x->rod, units);
+    ad_status status = AD_OK;
+    for (size_t k = 0; k < p && status == AD_OK; k++) {
+        status = see_beside(x, which, k, places, seen, error);
+        for (size_t i = 0; i < places->count && status == AD_OK; i++) {
+            const double *low = (const double *)&seen[i];
+            const double *high = (const double *)&seen[places->count + i];
+            for (size_t c = 0; c < (size_t)columns; c++) {
+                by[(c * p + k) * points + first + i] =
+                    (high[c] - low[c]) / (2 * x->beside[k]) * units[c] + 0.0;
+            }
+        }
+    }
+    return status;
+}
+
+ad_status motion_change_evaluate(const motion_change *x, int columns, size_t points,
+                                 const double *s, const double *t, double *by, ad_error *error)
+{
+    double *scaled = malloc(points * sizeof *scaled);
+    solve_state *seen = malloc(2 * points * sizeof *seen);
+    ad_status status = scaled && seen
+                           ? AD_OK
+                           : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", points);
+    for (size_t i = 0; i < points && status == AD_OK; i++) {
+        scaled[i] = fmin(1, fmax(0, s[i] / x->rod->scales.length));
+    }
+    for (size_t first = 0, end; first < points && status == AD_OK; first = end) {
+        modes_places *places = NULL;
+        for (end = first; end < points && t[end] == t[first]; end++) {
+        }
+        status = modes_places_create(x->m, end - first, scaled + first, &places, error);
+        status = status == AD_OK ? give(x, nearest(x, t[first]), places, seen, columns, first,
+                                        points, by, error)
+                                 : status;
+        modes_places_free(places);
+    }
+    free(scaled);
+    free(seen);
+    return status;
+}
