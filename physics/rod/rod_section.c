@@ -124,6 +124,12 @@ ad_value rod_section_record(const scene *family, rod_section which, ad_value s,
         const int first = which == ROD_SECTION_CURVATURE ? 3 : 0;
         return size_of(ad_row(strains, first), ad_row(strains, first + 1));
     }
+    if (family->tube_count > 0) {
+        ad_tape_fail(s.tape, AD_BAD_INPUT,
+                     "has %s, to which tubes add what strains of the rod do not say",
+                     rod_section_name(which));
+        return ad_scalar(s.tape, 0);
+    }
     open.motion = SCENE_SPATIAL; /* everything in the frame of the world */
     scene_middle(&open, &one);
     for (int i = 0; i < open.parameter_count; i++) {

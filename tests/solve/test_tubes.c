@@ -6,6 +6,7 @@
 #include "physics/chain/solve_members.h"
 #include "physics/local/static_rod.h"
 #include "physics/rod/rod_internal.h"
+#include "physics/rod/rod_section.h"
 #include "physics/solve/stability.h"
 
 #include <math.h>
@@ -459,11 +460,29 @@ static void test_open(void **state)
     quantities_free(given);
 }
 
+/* What a section carries and stores does not follow from the strains of the rod alone. */
+static void test_section(void **state)
+{
+    (void)state;
+    static const rod_section refused[] = {ROD_SECTION_N3, ROD_SECTION_M1, ROD_SECTION_ENERGY,
+                                          ROD_SECTION_STRAIN};
+    const scene given = helical_scene();
+    for (size_t i = 0; i < sizeof refused / sizeof *refused; i++) {
+        ad_tape *tape = ad_tape_create();
+        ad_error error = {.message = ""};
+        const ad_value s = ad_input(tape, "s", 1), strains = ad_input(tape, "strains", 6);
+        rod_section_record(&given, refused[i], s, NULL, strains);
+        assert_int_equal(ad_tape_status(tape, &error), AD_BAD_INPUT);
+        assert_non_null(strstr(error.message, "tubes add"));
+        ad_tape_free(tape);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_helical),
                                        cmocka_unit_test(test_follower), cmocka_unit_test(test_tape),
-                                       cmocka_unit_test(test_open)};
+                                       cmocka_unit_test(test_open), cmocka_unit_test(test_section)};
     const struct CMUnitTest alike[] = {cmocka_unit_test(test_bifurcation),
                                        cmocka_unit_test(test_bifurcation_load),
                                        cmocka_unit_test(test_snap),

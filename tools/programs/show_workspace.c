@@ -356,7 +356,8 @@ static void put_words(json *to, const workspace *w)
             snprintf(text + used, sizeof text - (size_t)used, "; stability %s", w->without_margin);
     }
     if (!w->has_section && used < (int)sizeof text) {
-        snprintf(text + used, sizeof text - (size_t)used, "; strain needs rod.section");
+        snprintf(text + used, sizeof text - (size_t)used, "; strain needs rod.section%s",
+                 w->of->tube_count > 0 ? ", and no tubes" : "");
     }
     json_text(to, "says", text);
     json_integer(to, "directions", w->directions);
