@@ -60,12 +60,14 @@ static void sort_laws(strain_form *form)
     }
 }
 
-/* Whether nothing acts but what pulls within the section: at points, at places, by the ends.
+/* Whether nothing acts but what pulls within the section, tubes among it: at points, at places, by
+ * the ends.
  * Tensions that are sought are such pulls; how they change a shape that shears asks for more. */
 static bool is_unloaded(const strain_form *form)
 {
     const strain_kind *kind = &form->kind;
-    bool acts = form->tension_at > form->elastic || (form->tension_count > 0 && kind->shears) ||
+    const int within = form->elastic + kind->tubes * (form->nodes + 1);
+    bool acts = form->tension_at > within || (form->tension_count > 0 && kind->shears) ||
                 (kind->along && kind->along->count > 0);
     for (int i = 0; kind->jumps && i < kind->jumps->count; i++) {
         acts = acts || kind->jumps->at[i].acting.count > 0;

@@ -257,6 +257,9 @@ void strain_form_load(strain_form *form);
 void strain_form_linearise(strain_form *form);
 void strain_form_apply(strain_form *form, const lanes *direction, lanes *result);
 
+/* The same by a direction of torsions of one tube alone, without the rows of tensions. */
+void strain_form_apply_torsion(strain_form *form, int tube, const lanes *direction, lanes *result);
+
 /* The rows of tensions alone, by a direction without tensions. */
 void strain_form_apply_lengths(strain_form *form, const lanes *direction, lanes *result);
 

@@ -511,6 +511,15 @@ PROCESSOR_CALLED void rows_of_edges(strain_form *form, const strain_sources *sou
     }
 }
 
+PROCESSOR_CALLED void rows_of_tubes(strain_form *form, const strain_sources *sources,
+                                    const lanes *direction, lanes *to)
+{
+    for (int k = 0; k < form->kind.tubes; k++) {
+        rows_of_tube(form, k, sources ? sources->tubes + k * form->nodes : NULL,
+                     sources ? sources->bases + k : NULL, direction, to);
+    }
+}
+
 PROCESSOR_INLINE void change_apart(strain_form *form, const strain_sources *sources,
                                    const lanes *direction, lanes *to)
 {
@@ -522,6 +531,7 @@ PROCESSOR_INLINE void change_apart(strain_form *form, const strain_sources *sour
         }
     }
     rows_of_lengths(form, sources, direction, NULL, to);
+    rows_of_tubes(form, sources, direction, to);
 }
 
 /* The matrix times a direction [unknowns], and sources, NULL: none. */
@@ -541,10 +551,7 @@ PROCESSOR_INLINE void change(strain_form *form, const strain_sources *sources,
         memcpy(form->turned[i], points[i].turn, sizeof form->turned[i]);
     }
     rows_of_angles(form, sources ? sources->tangents : NULL, direction, to);
-    for (int k = 0; k < form->kind.tubes; k++) {
-        rows_of_tube(form, k, sources ? sources->tubes + k * form->nodes : NULL,
-                     sources ? sources->bases + k : NULL, direction, to);
-    }
+    rows_of_tubes(form, sources, direction, to);
     rows_of_edges(form, sources, direction, edges, to);
 }
 
@@ -579,6 +586,19 @@ FOR_EACH_PROCESSOR static void change_all(strain_form *form, const lanes *direct
 void strain_form_apply(strain_form *form, const lanes *direction, lanes *result)
 {
     change_all(form, direction, result);
+}
+
+/* A torsion changes its own rows, and what the tube adds to those of curvatures. */
+FOR_EACH_PROCESSOR static void change_torsion(strain_form *form, int tube, const lanes *direction,
+                                              lanes *result)
+{
+    memset(result, 0, (size_t)form->tension_at * sizeof *result);
+    rows_of_tube(form, tube, NULL, NULL, direction, result);
+}
+
+void strain_form_apply_torsion(strain_form *form, int tube, const lanes *direction, lanes *result)
+{
+    change_torsion(form, tube, direction, result);
 }
 
 /* Where each point is apart curvatures alone change lengths. */

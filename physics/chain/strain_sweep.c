@@ -439,9 +439,14 @@ static void solve_full(strain_form *form, bool again)
     }
     for (int c = 0; c < n && !again; c++) {
         const lanes none = NO_LANES;
-        form->direction[unknown_of(form, c)] = none + 1;
-        strain_form_apply(form, form->direction, column);
-        form->direction[unknown_of(form, c)] = none;
+        const int at = unknown_of(form, c), torsion = at - form->tube_at;
+        form->direction[at] = none + 1;
+        if (torsion >= 0 && torsion < form->kind.tubes * (form->nodes + 1)) {
+            strain_form_apply_torsion(form, torsion % form->kind.tubes, form->direction, column);
+        } else {
+            strain_form_apply(form, form->direction, column);
+        }
+        form->direction[at] = none;
         for (int i = 0; i < n; i++) {
             form->matrix[c * n + i] = column[unknown_of(form, i)];
         }

@@ -124,27 +124,33 @@ static const char rubbed_and_pinned[] =
 
 /* Concentric tubes that end within the rod, the inner one behind a straight part; and with a tendon
  * on a spring, with an outer tube that does not twist, and turned nearly so far that they snap. */
-#define TUBED(start, rest, turned, torsion, more)                                                  \
+#define TUBED_UNDER(start, rest, turned, torsion, loads, more)                                     \
     "parameters: {pull: {range: [0, 2]}, push: {range: [0, 1]}, side: {range: [-1, 1]},\n"         \
     "             weight: {range: [0, 10]}, stiff: {range: [0.7, 2]}}\n"                           \
     "rod: {model: kirchhoff, length: 0.25, stiffness: {bending: [0.01*stiff, 0.012], "             \
     "torsion: 0.008},\n"                                                                           \
     "      inertia: {mass_per_length: 0.01}, rest: {curvature: " rest "}}\n"                       \
-    "boundary: {start: {type: clamped, " start "}, end: {type: loaded}}\n"                         \
-    "loads:\n  gravity: [0, weight, -weight]\n"                                                    \
-    "  tip: {force: [0.02*side, 0.03*push, 0], moment: [0, 0.001, 0.002*side]}\n"                  \
-    "tubes:\n"                                                                                     \
+    "boundary: {start: {type: clamped, " start "}, end: " loads "tubes:\n"                         \
     "  - {stiffness: {bending: [\"0.02-0.02*s\", 0.02], torsion: \"0.015*stiff*(1+s)\"},\n"        \
     "     inertia: {mass_per_length: 0.02}, rest: {curvature: [4*push, \"2*s*stiff\", 0.5]},\n"    \
     "     end: 0.18, turned: " turned ", transmission: 0.05*stiff}\n"                              \
     "  - {stiffness: {bending: [0.05, 0.05], torsion: " torsion "}, rest: {curvature: [0, 3, 0]}," \
     "\n     inertia: {mass_per_length: 0.04}, end: 0.1, turned: 0.5*side}\n" more
+#define LOADED                                                                                     \
+    "{type: loaded}}\n"                                                                            \
+    "loads:\n  gravity: [0, weight, -weight]\n"                                                    \
+    "  tip: {force: [0.02*side, 0.03*push, 0], moment: [0, 0.001, 0.002*side]}\n"
+#define TUBED(start, rest, turned, torsion, more)                                                  \
+    TUBED_UNDER(start, rest, turned, torsion, LOADED, more)
 #define RESTING "[\"where(s-0.1, 6, 0)\", 0, side]"
 static const char tubes[] = TUBED(UPON, RESTING, "pull", "0.04", "");
 static const char tubes_driven[] = TUBED(
     "rotation: [0.8, 0.6, 0.1*side, 0.15*push]", "[\"where(s-0.1, 6, 0)\", 0, 0.3]", "pull", "0.04",
     "tendons: [{offset: [0.003, 0], end: 0.2, tension: pull}]\n"
     "springs: [{at: 0.2, stiffness: [1, 2, 0.5]}]\n");
+static const char tubes_alone[] =
+    TUBED_UNDER(UPON, "[\"where(s-0.1, 6, 0)\", 0.2*weight, side]", "pull", "0.04",
+                "{type: free}}\n", "tendons: [{offset: [0.003, 0], tension: pull}]\n");
 static const char tubes_locked[] = TUBED(UPON, RESTING, "pull", ".inf", "");
 static const char tubes_wound[] =
     TUBED(UPON, "[4, 0, 0]", "\"pi/2*pull\"", "0.04",
@@ -951,6 +957,10 @@ int main(void)
         OF(tubes, same_bits),
         OF(tubes, answers_same_bits),
         OF(tubes, memory),
+        OF(tubes_alone, against_collocation),
+        OF(tubes_alone, derivatives),
+        OF(tubes_alone, predicted),
+        OF(tubes_alone, trusted),
         OF(tubes_driven, against_collocation),
         OF(tubes_driven, derivatives),
         OF(tubes_locked, against_collocation),
