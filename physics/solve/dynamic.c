@@ -73,10 +73,13 @@ ad_status dynamic_at(const dynamic_solution *solution, size_t which, size_t n, c
 }
 
 /* A locked strain is a stiff one, which implicit steps stand: forces of some EI/L^2 stretch it by a
- * hundredth of the tolerance. Beyond the largest, rounding costs more than stiffness gains. */
+ * hundredth of the tolerance, larger ones by more. Beyond the largest, rounding costs more than
+ * stiffness gains. */
+static const double LOCK_MOST = 1e10;
+
 static double lock_for(double tolerance)
 {
-    return fmin(100 / tolerance, 1e10);
+    return fmin(100 / tolerance, LOCK_MOST);
 }
 
 /* Memory for a solution on a mesh of at least so many intervals. */
@@ -244,6 +247,45 @@ static ad_status solve_again(refined *at, solve_report *report, bool *failed, ad
     return *failed ? AD_OK : status;
 }
 
+/* What locks of the best solution give way by. */
+static ad_status find_give(const refined *at, motion_apart *give, ad_error *error)
+{
+    const motion_times *times = &at->best->times;
+    double t[FIXED_TIMES];
+    size_t count = 0;
+    for (size_t i = 0; i < times->count; i++) {
+        if (!times->aside[i]) {
+            t[count++] = times->all[i];
+        }
+    }
+    return motion_locks_give(at->rod, count, t, at->seen[0], give, error);
+}
+
+/* Stiffer locks, where loads stretch them by more than a tenth of the tolerance. */
+static ad_status stiffen(refined *at, double tolerance, solve_report *report, motion_apart *give,
+                         ad_error *error)
+{
+    enum { TIMES = 3 };
+    const double share = 0.1, safe = 2;
+    ad_status status = find_give(at, give, error);
+    for (int i = 0; i < TIMES && status == AD_OK && at->lock < LOCK_MOST; i++) {
+        const double over = fmax(give->l2, give->most / SOLVE_PEAK) / (share * tolerance);
+        bool failed = false;
+        if (!(over > 1)) {
+            break;
+        }
+        const double before = at->lock;
+        at->lock = fmin(LOCK_MOST, safe * over * before);
+        status = solve_again(at, report, &failed, error);
+        if (failed) {
+            at->lock = before;
+            break;
+        }
+        status = status == AD_OK ? find_give(at, give, error) : status;
+    }
+    return status;
+}
+
 /* Steps of time alone, where meshes are coarse and steps cheap: steps of two meshes differ, and
  * their errors would pass for errors of the mesh. What two tolerances of steps differ by is the
  * error of the larger, so that it will do for all meshes. *by_time: what it leaves. Nor may steps
@@ -403,8 +445,15 @@ static ad_status solve_refined(refined *at, const solve_settings *settings, solv
     if (status != AD_OK || settings->nodes > 0) {
         return status == AD_OK ? shorten(at, settings->tolerance, report, error) : status;
     }
-    status = refine_time(at, settings->tolerance, report, &by_time, error);
-    return status == AD_OK ? refine_mesh(at, settings->tolerance, by_time, report, error) : status;
+    motion_apart give = NOTHING;
+    status = stiffen(at, settings->tolerance, report, &give, error);
+    const double left = fmax(settings->tolerance - give.l2, 0.5 * settings->tolerance);
+    status = status == AD_OK ? refine_time(at, left, report, &by_time, error) : status;
+    status = status == AD_OK ? refine_mesh(at, left, by_time, report, error) : status;
+    status = status == AD_OK ? find_give(at, &give, error) : status;
+    report->estimate += give.most;
+    report->estimate_l2 += give.l2;
+    return status;
 }
 
 ad_status dynamic_solve(const solve_rod *rod, const solve_settings *settings, size_t count,

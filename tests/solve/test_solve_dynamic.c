@@ -369,6 +369,43 @@ static void test_locked_strain(void **state)
     print_message("1e5 and 1e6 differ by %.1e\n", distance(tip[0], tip[1]));
 }
 
+/* A rod that hangs and does not stretch stays where it is, however heavy: what springs in place of
+ * the lock give way by is in the estimate, and within the tolerance. */
+static void test_locked_strain_is_estimated(void **state)
+{
+    (void)state;
+    static const double weights[2] = {3, 300}, tolerance = 1e-4;
+    for (int i = 0; i < 2; i++) {
+        char text[512];
+        double off = 0, size = 0;
+        snprintf(text, sizeof text,
+                 "rod:\n"
+                 "  model: kirchhoff\n"
+                 "  length: 1\n"
+                 "  stiffness: {bending: [1, 1], torsion: 0.8}\n"
+                 "  inertia: {mass_per_length: 1, rotary: [0.0006, 0.0006, 0.0012]}\n"
+                 "boundary: {start: {type: clamped}}\n"
+                 "loads: {gravity: [0, 0, %g*sin(pi*t)]}\n"
+                 "time: {duration: 0.5}\n",
+                 weights[i]);
+        solved x;
+        make_rod(&x, "hanging.yaml", text);
+        solve(&x, 0, tolerance, 2, (double[]){0.25, 0.5});
+        for (int k = 0; k <= 20; k++) {
+            for (size_t which = 0; which < 2; which++) {
+                const double s = k / 20.0, by = state_at(&x, which, s).position[2] - s;
+                off += by * by;
+                size += s * s;
+            }
+        }
+        print_message("hanging by %g EI/L^2: off by %.1e, estimated %.1e\n", weights[i],
+                      sqrt(off / size), x.report.estimate_l2);
+        assert_true(sqrt(off / size) < 2 * x.report.estimate_l2); /* of other times; not a tenth */
+        assert_true(x.report.estimate_l2 < tolerance);
+        free_solved(&x);
+    }
+}
+
 /* ---- conservation -------------------------------------------------------------------------- */
 
 /* A free rod without loads or damping, bent and moving at random. */
@@ -543,10 +580,15 @@ static void test_no_memory(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_order_of_steps), cmocka_unit_test(test_torsion_wave),
-        cmocka_unit_test(test_spinning_rod),   cmocka_unit_test(test_conservation),
-        cmocka_unit_test(test_estimate),       cmocka_unit_test(test_blow),
-        cmocka_unit_test(test_refusals),       cmocka_unit_test(test_no_memory),
+        cmocka_unit_test(test_order_of_steps),
+        cmocka_unit_test(test_torsion_wave),
+        cmocka_unit_test(test_spinning_rod),
+        cmocka_unit_test(test_conservation),
+        cmocka_unit_test(test_estimate),
+        cmocka_unit_test(test_blow),
+        cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_no_memory),
+        cmocka_unit_test(test_locked_strain_is_estimated),
     };
     const struct CMUnitTest alike[] = {
         cmocka_unit_test(test_order_in_space),      cmocka_unit_test(test_travelling_helix),
