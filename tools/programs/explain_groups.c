@@ -85,10 +85,14 @@ void explain_members(FILE *file, const experiment *e)
     const size_t solved = drawn.ends[SOLVE_MEMBER_SOLVED];
     char why[TARGETS_TEXT];
     targets_unsolved_text(e->targets, why);
+    char torsion[40] = "";
+    if (e->scene->tube_count > 0) {
+        snprintf(torsion, sizeof torsion, ", m[%d] torsion of tubes", e->scene->tube_count);
+    }
     fprintf(file,
-            "  %-15s strain, static: u[3] curvature at %zu places, of %d parameters alone;\n"
+            "  %-15s strain, static: u[3] curvature%s at %zu places, of %d parameters alone;\n"
             "  %-15s rotation and position follow exactly, the clamp is met exactly\n",
-            "form", family_nodes(f), e->scene->parameter_count, "");
+            "form", torsion, family_nodes(f), e->scene->parameter_count, "");
     fprintf(file,
             "  %-15s none: members are solved without the tape, and learnt; formulation: mixed\n"
             "  %-15s has the equations of the rod on the tape\n",
