@@ -254,13 +254,37 @@ static ad_status step(solve_recording *x, double h, const double *now, const dou
     return status;
 }
 
+/* A step from one time to another that has no sample between; two of half of it where Newton's
+ * method fails, as where ends begin to move at once. */
+static ad_status advance(solve_recording *x, const solve_inputs *inputs, double from, double to,
+                         int halved, size_t *at, double *now, ad_error *error)
+{
+    enum { HALVED_MOST = 6 };
+    double after[SCENE_PARAMETERS_MAX];
+    size_t sample = *at;
+    memcpy(after, now, sizeof after);
+    inputs_at(x, inputs, to, &sample, after, x->rates[1]);
+    x->time = from;
+    ad_status status = step(x, to - from, now, after, error);
+    if (status == AD_NOT_FINITE && halved < HALVED_MOST) {
+        const double middle = from + (to - from) / 2;
+        status = advance(x, inputs, from, middle, halved + 1, at, now, error);
+        return status == AD_OK ? advance(x, inputs, middle, to, halved + 1, at, now, error)
+                               : status;
+    }
+    if (status == AD_OK) {
+        *at = sample;
+        memcpy(now, after, sizeof after);
+        memcpy(x->rates[0], x->rates[1], (size_t)x->parameters * sizeof *x->rates[0]);
+    }
+    return status;
+}
+
 /* On to a time through all samples between. */
 static ad_status go_on(solve_recording *x, const solve_inputs *inputs, double *now, int parts,
                        double *t, double to, size_t *at, ad_error *error)
 {
     ad_status status = AD_OK;
-    double after[SCENE_PARAMETERS_MAX];
-    memcpy(after, now, sizeof after);
     while (*t < to && status == AD_OK) {
         size_t next = *at;
         while (next < inputs->count && inputs->t[next] <= *t + SAME * fmax(1, *t)) {
@@ -270,12 +294,8 @@ static ad_status go_on(solve_recording *x, const solve_inputs *inputs, double *n
         const double stop = sample < to - SAME * fmax(1, to) ? sample : to;
         const double begin = *t, h = (stop - begin) / parts;
         for (int i = 0; i < parts && status == AD_OK; i++) {
-            inputs_at(x, inputs, i + 1 < parts ? begin + (i + 1) * h : stop, at, after,
-                      x->rates[1]);
-            x->time = begin + i * h;
-            status = step(x, h, now, after, error);
-            memcpy(now, after, sizeof after);
-            memcpy(x->rates[0], x->rates[1], (size_t)x->parameters * sizeof *x->rates[0]);
+            status = advance(x, inputs, begin + i * h, i + 1 < parts ? begin + (i + 1) * h : stop,
+                             0, at, now, error);
         }
         *t = x->time = stop;
     }

@@ -636,6 +636,38 @@ static void test_recorded_ends(void **state)
     find_stiffness(KNOWS_COLUMNS, "ends that follow columns");
 }
 
+/* A cable that hangs at rest and whose ends move at once, at 2 m/s to both sides: a step from one
+ * sample to the next is too long for Newton's method, halves of it are not. */
+static void test_sudden(void **state)
+{
+    (void)state;
+    ad_error error = {.message = ""};
+    cpinn_unknowns *found = NULL;
+    write_text("recorded.csv", "s,t,x,y,z,a,b,p\n0.5,0,0.35,-0.2,0.1,-0.2,-0.2,0.38\n"
+                               "0.5,0.01,0.35,-0.2,0.1,-0.18,-0.22,0.38\n"
+                               "0.5,0.02,0.35,-0.2,0.1,-0.16,-0.24,0.38\n"
+                               "0.5,0.03,0.35,-0.2,0.1,-0.14,-0.26,0.38\n");
+    write_text("scene.yaml",
+               "parameters: {a: {range: [-1.2, 0.8]}, b: {range: [-1.2, 0.8]}, p: {range: [-1.6, "
+               "2.4]},\n"
+               "  tau: {identify: 0.35, range: [0.3, 0.4]}}\n"
+               "rod: {model: kirchhoff, length: 1.035, stiffness: {bending: [5.0e-4, 5.0e-4], "
+               "torsion: 2.5e-4},\n"
+               "  inertia: {mass_per_length: 0.04, rotary: [1.0e-7, 1.0e-7, 2.0e-7]}, material: "
+               "{relaxation_time: tau}}\n"
+               "boundary:\n"
+               "  start: {type: driven, position: [0.6, a, 0.5], rotation: [p, 0, -0.92388, 0]}\n"
+               "  end: {type: driven, position: [0.1, b, 0.5], rotation: [0.92388, 0, -0.382683, "
+               "0]}\n"
+               "loads: {gravity: [0, 0, -9.81]}\ninitial: {state: equilibrium}\n"
+               "time: {duration: 1}\n"
+               "data: [{quantity: position, file: recorded.csv, noise: 1.0e-2}]\n");
+    if (cpinn_identify_file(at("scene.yaml"), 0, NULL, 1, &found, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+    cpinn_unknowns_free(found);
+}
+
 /* A row without a number, and a quaternion that goes on as its opposite. */
 static void test_bad_columns(void **state)
 {
@@ -702,12 +734,18 @@ static void test_refused(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_derivatives),       cmocka_unit_test(test_frequencies),
-        cmocka_unit_test(test_spectral_elements), cmocka_unit_test(test_equilibrium),
-        cmocka_unit_test(test_accelerations),     cmocka_unit_test(test_steps),
-        cmocka_unit_test(test_recording),         cmocka_unit_test(test_reduced),
-        cmocka_unit_test(test_followed),          cmocka_unit_test(test_recorded_ends),
-        cmocka_unit_test(test_bad_columns),       cmocka_unit_test(test_refused)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_derivatives),
+                                       cmocka_unit_test(test_frequencies),
+                                       cmocka_unit_test(test_spectral_elements),
+                                       cmocka_unit_test(test_equilibrium),
+                                       cmocka_unit_test(test_accelerations),
+                                       cmocka_unit_test(test_steps),
+                                       cmocka_unit_test(test_recording),
+                                       cmocka_unit_test(test_reduced),
+                                       cmocka_unit_test(test_followed),
+                                       cmocka_unit_test(test_recorded_ends),
+                                       cmocka_unit_test(test_sudden),
+                                       cmocka_unit_test(test_bad_columns),
+                                       cmocka_unit_test(test_refused)};
     return cmocka_run_group_tests(tests, make_directory, remove_directory);
 }
