@@ -261,27 +261,38 @@ static ad_status find_give(const refined *at, motion_apart *give, ad_error *erro
     return motion_locks_give(at->rod, count, t, at->seen[0], give, error);
 }
 
-/* Stiffer locks, where loads stretch them by more than a tenth of the tolerance. */
+/* What locks give way by as a share of what they may. */
+static double give_over(motion_apart give, double tolerance)
+{
+    const double share = 0.1;
+    return fmax(give.l2, give.most / SOLVE_PEAK) / (share * tolerance);
+}
+
+/* Stiffer locks, where loads stretch them by more than a tenth of the tolerance; not where that
+ * hardly helps, as locks that ring do so about as far, or costs too much. *give: what they give way
+ * by. */
 static ad_status stiffen(refined *at, double tolerance, solve_report *report, motion_apart *give,
                          ad_error *error)
 {
-    enum { TIMES = 3 };
-    const double share = 0.1, safe = 2;
+    enum { TIMES = 2 };
+    const double safe = 2, helps = 0.5, dearer = 3;
     ad_status status = find_give(at, give, error);
-    for (int i = 0; i < TIMES && status == AD_OK && at->lock < LOCK_MOST; i++) {
-        const double over = fmax(give->l2, give->most / SOLVE_PEAK) / (share * tolerance);
+    for (int i = 0; i < TIMES && status == AD_OK; i++) {
+        const double over = give_over(*give, tolerance), before = at->lock, work = at->by.work;
         bool failed = false;
-        if (!(over > 1)) {
+        if (!(over > 1) || !(at->lock < LOCK_MOST)) {
             break;
         }
-        const double before = at->lock;
         at->lock = fmin(LOCK_MOST, safe * over * before);
         status = solve_again(at, report, &failed, error);
-        if (failed) {
+        status = status == AD_OK && !failed ? find_give(at, give, error) : status;
+        if (status == AD_OK &&
+            (failed || give_over(*give, tolerance) > helps * over || at->by.work > dearer * work)) {
             at->lock = before;
+            status = solve_again(at, report, &failed, error);
+            status = status == AD_OK ? find_give(at, give, error) : status;
             break;
         }
-        status = status == AD_OK ? find_give(at, give, error) : status;
     }
     return status;
 }

@@ -23,9 +23,10 @@ static void stretch_of(const solve_section *made, const solve_rest *rest, const 
     to_world(R, in_body[1], off[1]);
 }
 
-/* At one time: what that adds up to from s = 0 on is taken from the places. */
-static void take_back(const solve_section *made, const solve_rest *rest, const solve_state *seen,
-                      solve_state *to)
+/* At one time: what that adds up to from s = 0 on is taken from the places. Where the end is held,
+ * it stays there, and the rod between gives way with it. */
+static void take_back(const solve_section *made, const solve_rest *rest, bool is_held,
+                      const solve_state *seen, solve_state *to)
 {
     const double half = 0.5 / (COMPARED - 1);
     double off[2][2][3] = {{{0}}}, moved[3] = {0}, turned[3] = {0};
@@ -42,6 +43,11 @@ static void take_back(const solve_section *made, const solve_rest *rest, const s
         for (int k = 0; k < 3 && i > 0; k++) {
             moved[k] += half * (off[0][0][k] + off[1][0][k]) + carried[k];
             to[i].position[k] -= moved[k];
+        }
+    }
+    for (int i = 1; i < COMPARED && is_held; i++) {
+        for (int k = 0; k < 3; k++) {
+            to[i].position[k] += moved[k] * i / (COMPARED - 1);
         }
     }
 }
@@ -64,7 +70,8 @@ ad_status motion_locks_give(const solve_rod *rod, size_t count, const double *ti
                             : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu times", count);
     for (size_t i = 0; i < count && status == AD_OK; i++) {
         status = solve_rod_rest(rod, COMPARED, s, times[i], rest, error);
-        take_back(made, rest, seen + i * COMPARED, held + i * COMPARED);
+        take_back(made, rest, rod->ends[1].hold.directions == 3, seen + i * COMPARED,
+                  held + i * COMPARED);
     }
     if (status == AD_OK) {
         *give = motion_compare(count, seen, held);
