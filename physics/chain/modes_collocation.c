@@ -1,6 +1,7 @@
 #include "autodiff/dense.h"
 #include "physics/chain/modes_step_internal.h"
 #include "physics/numerics/processor.h"
+#include "physics/numerics/spline.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -260,12 +261,12 @@ static void follow(const collocation *collocation, double part, double h, const 
     for (int k = 0; k < count; k++) {
         rates[k] = rates[count + k] = 0;
         if (path->which >> k & 1) {
-            const double chord = (collocation->after[k] - inputs[k]) / h;
-            const double second = 3 * chord - 2 * path->before[k] - path->after[k];
-            const double third = path->before[k] + path->after[k] - 2 * chord;
-            between[k] = inputs[k] + part * h * (path->before[k] + part * (second + part * third));
-            rates[k] = path->before[k] + part * (2 * second + 3 * part * third);
-            rates[count + k] = (2 * second + 6 * part * third) / h;
+            double now[3];
+            spline_between((double[]){inputs[k], collocation->after[k]},
+                           (double[]){path->before[k], path->after[k]}, h, part, now);
+            between[k] = now[0];
+            rates[k] = now[1];
+            rates[count + k] = now[2];
         }
     }
 }

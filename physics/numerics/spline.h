@@ -21,4 +21,17 @@ double spline_noise(size_t count, const double *t, const double *y);
 void spline_smooth(size_t count, const double *t, const double *y, double noise, double *smooth,
                    double *room);
 
+/* Between two samples that are h apart, at a part of the way: y by Hermite's cubic, and its first
+ * two derivatives. */
+static inline void spline_between(const double y[2], const double slope[2], double h, double part,
+                                  double out[3])
+{
+    const double chord = h > 0 ? (y[1] - y[0]) / h : 0;
+    const double second = 3 * chord - 2 * slope[0] - slope[1];
+    const double third = slope[0] + slope[1] - 2 * chord;
+    out[0] = y[0] + part * h * (slope[0] + part * (second + part * third));
+    out[1] = slope[0] + part * (2 * second + 3 * part * third);
+    out[2] = h > 0 ? (2 * second + 6 * part * third) / h : 0;
+}
+
 #endif

@@ -205,13 +205,11 @@ static void inputs_at(const solve_recording *x, const solve_inputs *inputs, doub
     for (size_t k = 0; k < width && x->followed; k++) {
         if (x->followed >> k & 1) {
             const double *y = x->path + k, *slope = y + inputs->count * width;
-            const double before = slope[*at * width], after = slope[next * width],
-                         from = y[*at * width];
-            const double chord = h > 0 ? (y[next * width] - from) / h : 0;
-            const double second = 3 * chord - 2 * before - after,
-                         third = before + after - 2 * chord;
-            values[k] = from + part * h * (before + part * (second + part * third));
-            rates[k] = before + part * (2 * second + 3 * part * third);
+            double now[3];
+            spline_between((double[]){y[*at * width], y[next * width]},
+                           (double[]){slope[*at * width], slope[next * width]}, h, part, now);
+            values[k] = now[0];
+            rates[k] = now[1];
         }
     }
 }

@@ -15,17 +15,26 @@ static inline char *fuzz_config_text(const config *settings)
     return text;
 }
 
+/* What is written says the same again; what it begins with has been solved. */
+static inline config *fuzz_read_again(const char *text)
+{
+    config *again;
+    ad_error error;
+    fuzz_require(config_read("again.yaml", text, 0, NULL, &again, &error) == AD_OK);
+    fuzz_require(prepare_choices(again, &error) == AD_OK);
+    return again;
+}
+
 static inline void fuzz_config(const char *text, int count, const char *const *overrides)
 {
     ad_error error = {AD_OK, ""};
-    config *settings, *again;
+    config *settings;
     if (prepare_read("fuzz.yaml", text, count, overrides, &settings, &error) != AD_OK) {
         fuzz_refused(&error);
         return;
     }
     char *open = fuzz_config_text(settings);
-    fuzz_require(prepare_read("open.yaml", open, 0, NULL, &again, &error) == AD_OK);
-    config_free(again);
+    config_free(fuzz_read_again(open));
     free(open);
     if (prepare_training(settings, &error) != AD_OK) {
         fuzz_refused(&error);
@@ -33,7 +42,7 @@ static inline void fuzz_config(const char *text, int count, const char *const *o
         return;
     }
     char *written = fuzz_config_text(settings);
-    fuzz_require(prepare_read("written.yaml", written, 0, NULL, &again, &error) == AD_OK);
+    config *again = fuzz_read_again(written);
     char *twice = fuzz_config_text(again);
     fuzz_require(strcmp(written, twice) == 0);
     config_free(again);
