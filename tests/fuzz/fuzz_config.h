@@ -15,26 +15,28 @@ static inline char *fuzz_config_text(const config *settings)
     return text;
 }
 
-/* What is written says the same again; what it begins with has been solved. */
-static inline config *fuzz_read_again(const char *text)
+/* What a text says and leaves open. Equilibria to begin in are the solver's, in seconds. */
+static inline ad_status fuzz_read(const char *text, int count, const char *const *overrides,
+                                  config **result, ad_error *error)
 {
-    config *again;
-    ad_error error;
-    fuzz_require(config_read("again.yaml", text, 0, NULL, &again, &error) == AD_OK);
-    fuzz_require(prepare_choices(again, &error) == AD_OK);
-    return again;
+    ad_status status = config_read("fuzz.yaml", text, count, overrides, result, error);
+    status = status == AD_OK ? prepare_choices(*result, error) : status;
+    const bool settles = status == AD_OK && (*result)->scene.initial.state == SCENE_EQUILIBRIUM;
+    return status == AD_OK && !settles ? prepare_start(*result, error) : status;
 }
 
 static inline void fuzz_config(const char *text, int count, const char *const *overrides)
 {
     ad_error error = {AD_OK, ""};
-    config *settings;
-    if (prepare_read("fuzz.yaml", text, count, overrides, &settings, &error) != AD_OK) {
+    config *settings, *again;
+    if (fuzz_read(text, count, overrides, &settings, &error) != AD_OK) {
         fuzz_refused(&error);
+        config_free(settings);
         return;
     }
     char *open = fuzz_config_text(settings);
-    config_free(fuzz_read_again(open));
+    fuzz_require(fuzz_read(open, 0, NULL, &again, &error) == AD_OK);
+    config_free(again);
     free(open);
     if (prepare_training(settings, &error) != AD_OK) {
         fuzz_refused(&error);
@@ -42,7 +44,7 @@ static inline void fuzz_config(const char *text, int count, const char *const *o
         return;
     }
     char *written = fuzz_config_text(settings);
-    config *again = fuzz_read_again(written);
+    fuzz_require(fuzz_read(written, 0, NULL, &again, &error) == AD_OK);
     char *twice = fuzz_config_text(again);
     fuzz_require(strcmp(written, twice) == 0);
     config_free(again);
