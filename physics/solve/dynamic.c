@@ -73,13 +73,11 @@ ad_status dynamic_at(const dynamic_solution *solution, size_t which, size_t n, c
 }
 
 /* A locked strain is a stiff one, which implicit steps stand: forces of some EI/L^2 stretch it by a
- * hundredth of the tolerance, larger ones by more. Beyond the largest, rounding costs more than
- * stiffness gains. */
-static const double LOCK_MOST = 1e10;
-
+ * hundredth of the tolerance, larger ones by more; stiffer ones ring faster, and that takes more
+ * steps. Beyond the largest, rounding costs more than stiffness gains. */
 static double lock_for(double tolerance)
 {
-    return fmin(100 / tolerance, LOCK_MOST);
+    return fmin(100 / tolerance, 1e10);
 }
 
 /* Memory for a solution on a mesh of at least so many intervals. */
@@ -247,56 +245,6 @@ static ad_status solve_again(refined *at, solve_report *report, bool *failed, ad
     return *failed ? AD_OK : status;
 }
 
-/* What locks of the best solution give way by. */
-static ad_status find_give(const refined *at, motion_apart *give, ad_error *error)
-{
-    const motion_times *times = &at->best->times;
-    double t[FIXED_TIMES];
-    size_t count = 0;
-    for (size_t i = 0; i < times->count; i++) {
-        if (!times->aside[i]) {
-            t[count++] = times->all[i];
-        }
-    }
-    return motion_locks_give(at->rod, count, t, at->seen[0], give, error);
-}
-
-/* What locks give way by as a share of what they may. */
-static double give_over(motion_apart give, double tolerance)
-{
-    const double share = 0.1;
-    return fmax(give.l2, give.most / SOLVE_PEAK) / (share * tolerance);
-}
-
-/* Stiffer locks, where loads stretch them by more than a tenth of the tolerance; not where that
- * hardly helps, as locks that ring do so about as far, or costs too much. *give: what they give way
- * by. */
-static ad_status stiffen(refined *at, double tolerance, solve_report *report, motion_apart *give,
-                         ad_error *error)
-{
-    enum { TIMES = 2 };
-    const double safe = 2, helps = 0.5, dearer = 3;
-    ad_status status = find_give(at, give, error);
-    for (int i = 0; i < TIMES && status == AD_OK; i++) {
-        const double over = give_over(*give, tolerance), before = at->lock, work = at->by.work;
-        bool failed = false;
-        if (!(over > 1) || !(at->lock < LOCK_MOST)) {
-            break;
-        }
-        at->lock = fmin(LOCK_MOST, safe * over * before);
-        status = solve_again(at, report, &failed, error);
-        status = status == AD_OK && !failed ? find_give(at, give, error) : status;
-        if (status == AD_OK &&
-            (failed || give_over(*give, tolerance) > helps * over || at->by.work > dearer * work)) {
-            at->lock = before;
-            status = solve_again(at, report, &failed, error);
-            status = status == AD_OK ? find_give(at, give, error) : status;
-            break;
-        }
-    }
-    return status;
-}
-
 /* Steps of time alone, where meshes are coarse and steps cheap: steps of two meshes differ, and
  * their errors would pass for errors of the mesh. What two tolerances of steps differ by is the
  * error of the larger, so that it will do for all meshes. *by_time: what it leaves. Nor may steps
@@ -326,6 +274,38 @@ static ad_status refine_time(refined *at, double tolerance, solve_report *report
         is_met = at->by.is_composed || (suffice && solve_energy_is_met(report));
     }
     return status;
+}
+
+/* What locks give way by, as far as it moves the rod: by a solution whose locks are softer by a
+ * factor, on the mesh and with the steps at hand. Errors that fall with the stiffness are a third
+ * of what both differ by, those of locks that ring, with its root, all of it. */
+static ad_status find_give(refined *at, const solve_report *report, motion_apart *give,
+                           ad_error *error)
+{
+    const double softer = 4, share = 0.5;
+    *give = NOTHING;
+    if (!scene_locks_somewhere(&at->rod->scene)) {
+        return AD_OK;
+    }
+    dynamic_solution *kept = at->best;
+    const double lock = at->lock, work = at->by.work;
+    solve_report unused = *report;
+    at->lock /= softer;
+    ad_status status = solve_once(at, &at->best, &unused, error);
+    status = status == AD_OK ? look(at, error) : status;
+    if (status == AD_OK) {
+        *give = motion_compare(kept->times.fixed, at->seen[1], at->seen[0]);
+        give->l2 *= share;
+        give->most *= share;
+    } else if (status == AD_NOT_FINITE) {
+        *give = UNKNOWN;
+        status = AD_OK;
+    }
+    dynamic_free(at->best);
+    at->best = kept;
+    at->lock = lock;
+    at->by.work = work;
+    return status == AD_OK ? look(at, error) : status;
 }
 
 double motion_left_over(int count, const double *distance)
@@ -457,11 +437,10 @@ static ad_status solve_refined(refined *at, const solve_settings *settings, solv
         return status == AD_OK ? shorten(at, settings->tolerance, report, error) : status;
     }
     motion_apart give = NOTHING;
-    status = stiffen(at, settings->tolerance, report, &give, error);
-    const double left = fmax(settings->tolerance - give.l2, 0.5 * settings->tolerance);
-    status = status == AD_OK ? refine_time(at, left, report, &by_time, error) : status;
-    status = status == AD_OK ? refine_mesh(at, left, by_time, report, error) : status;
-    status = status == AD_OK ? find_give(at, &give, error) : status;
+    status = refine_time(at, settings->tolerance, report, &by_time, error);
+    status =
+        status == AD_OK ? refine_mesh(at, settings->tolerance, by_time, report, error) : status;
+    status = status == AD_OK ? find_give(at, report, &give, error) : status;
     report->estimate += give.most;
     report->estimate_l2 += give.l2;
     return status;

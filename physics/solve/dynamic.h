@@ -17,10 +17,10 @@ typedef struct dynamic_solution dynamic_solution;
  * kinks do; less, where three meshes show that their errors are at right angles. AD_OK also when
  * the work that a solution may cost, or the finest mesh, does not meet the tolerance:
  * report->estimate is then above. That work is counted in forces, so that results do not depend on
- * the machine. Locked strains are stiff ones, by as much as keeps what they give way by to a tenth
- * of the tolerance, and that is in the estimate; 1e-6 is about the best to ask of them, and minutes
- * where a load jumps and sets them ringing. AD_BAD_INPUT: no rotary inertia. The rod must outlive
- * the solution. */
+ * the machine. Locked strains are stiff ones. What they give way by is in the estimate, by a
+ * solution whose locks are softer; 1e-6 is about the best to ask of them, and
+ * minutes where a load jumps and sets them ringing. AD_BAD_INPUT: no rotary inertia. The rod must
+ * outlive the solution. */
 ad_status dynamic_solve(const solve_rod *rod, const solve_settings *settings, size_t count,
                         const double *times, dynamic_solution **result, solve_report *report,
                         ad_error *error);
@@ -39,12 +39,6 @@ typedef struct motion_apart {
  * [count][MOTION_COMPARED]; positions, and rotations by what they move over a tenth of the rod. */
 enum { MOTION_COMPARED = 33 };
 motion_apart motion_compare(size_t count, const solve_state *state, const solve_state *y);
-
-/* What springs in place of locked strains give way by: of what is seen of a motion
- * [count][MOTION_COMPARED] at times [count], how far it is from there to where the same turns leave
- * the places without. AD_NO_MEMORY, errors of formulas. */
-ad_status motion_locks_give(const solve_rod *rod, size_t count, const double *times,
-                            const solve_state *seen, motion_apart *give, ad_error *error);
 
 /* The error that the last of `count` distances between solutions, each finer than the one before,
  * leaves, by that distance. Those of a motion with waves that no mesh resolves fall slowly, and
