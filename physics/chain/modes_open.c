@@ -1,7 +1,10 @@
 /* A reduced rod of a family, whose parameters are its inputs. */
 #include "physics/chain/modes_internal.h"
+#include "physics/scene/breaks.h"
 #include "physics/scene/scene_field.h"
 #include "physics/scene/support.h"
+
+#include <math.h>
 
 /* Places are seen where they are at usual inputs: what differs has to be a mode. */
 static ad_status check_lengths(const scene *open, ad_error *error)
@@ -51,6 +54,40 @@ static ad_status check_turn(const scene *open, ad_error *error)
     return AD_OK;
 }
 
+static ad_status breaks_of(const scene *family, const double *values, scene_breaks *breaks,
+                           ad_error *error)
+{
+    scene member;
+    scene_member(family, values, &member);
+    return scene_breaks_of(&member, "s", breaks, error);
+}
+
+/* Points of the modes are where nothing jumps in the middle of the ranges. */
+static ad_status check_places(const scene *family, ad_error *error)
+{
+    double values[SCENE_PARAMETERS_MAX];
+    scene_breaks middle, moved;
+    ad_status status = breaks_of(family, scene_middle_values(family, values), &middle, error);
+    for (int k = 0; k < family->parameter_count && status == AD_OK; k++) {
+        const double usual = values[k];
+        values[k] = usual + 0.1 * (family->parameters[k].high - usual);
+        status = breaks_of(family, values, &moved, error);
+        values[k] = usual;
+        bool same = status == AD_OK && moved.count == middle.count;
+        for (int i = 0; i < middle.count && same; i++) {
+            same = fabs(moved.place[i] - middle.place[i]) <= 1e-9 * scene_length(family);
+        }
+        if (status == AD_OK && !same) {
+            status =
+                ad_fail(error, AD_BAD_ARGUMENT,
+                        "the parameter %s moves a place at which a formula of s jumps or has a "
+                        "kink; allowed: places that stay",
+                        family->parameters[k].name);
+        }
+    }
+    return status;
+}
+
 ad_status modes_create_open(const scene *family, bool follows, const modes_counts *counts,
                             int finer, solve_rod **rod, modes **result, ad_error *error)
 {
@@ -66,6 +103,7 @@ ad_status modes_create_open(const scene *family, bool follows, const modes_count
     }
     ad_status status = check_lengths(family, error);
     status = status == AD_OK ? check_turn(family, error) : status;
+    status = status == AD_OK && !(family->feed.to > 0) ? check_places(family, error) : status;
     if (status != AD_OK) {
         return status;
     }

@@ -22,7 +22,7 @@ struct motion_change {
     solve_rod *rod;
     modes *m;
     size_t count;    /* times */
-    double *times;   /* [count] ascending, in units of the rod */
+    double *times;   /* [count] ascending, s */
     double *values;  /* [parameters] */
     double *states;  /* [count][STATES][size] */
     double *changes; /* [count][2 size][parameters] */

@@ -268,6 +268,11 @@ static void test_refusals(void **state)
                                                         "loads: {force: [\"play(b, 0.1)\", 0, 0]}\n"
                                                         "time: {duration: 1}\n",
         "plays and lags");
+    refused(ROD("a: {range: [0.5, 2]}, b: {range: [0, 1]}") "boundary: {start: {type: clamped}}\n"
+                                                            "loads: {force: [\"where(s-0.5*b, 1, "
+                                                            "0)\", 0, 0]}\n"
+                                                            "time: {duration: 1}\n",
+            "the parameter b moves a place");
 }
 
 int main(void)
