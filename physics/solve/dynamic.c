@@ -277,8 +277,9 @@ static ad_status refine_time(refined *at, double tolerance, solve_report *report
 }
 
 /* What locks give way by, as far as it moves the rod: by a solution whose locks are softer by a
- * factor, on the mesh and with the steps at hand. Errors that fall with the stiffness are a third
- * of what both differ by, those of locks that ring, with its root, all of it. */
+ * factor, on the mesh and with the steps at hand, and the last one of all. Errors that fall with
+ * the stiffness are a third of what both differ by, those of locks that ring, with its root, all of
+ * it. */
 static ad_status find_give(refined *at, const solve_report *report, motion_apart *give,
                            ad_error *error)
 {
@@ -288,7 +289,6 @@ static ad_status find_give(refined *at, const solve_report *report, motion_apart
         return AD_OK;
     }
     dynamic_solution *kept = at->best;
-    const double lock = at->lock, work = at->by.work;
     solve_report unused = *report;
     at->lock /= softer;
     ad_status status = solve_once(at, &at->best, &unused, error);
@@ -297,15 +297,14 @@ static ad_status find_give(refined *at, const solve_report *report, motion_apart
         *give = motion_compare(kept->times.fixed, at->seen[1], at->seen[0]);
         give->l2 *= share;
         give->most *= share;
-    } else if (status == AD_NOT_FINITE) {
-        *give = UNKNOWN;
-        status = AD_OK;
     }
     dynamic_free(at->best);
     at->best = kept;
-    at->lock = lock;
-    at->by.work = work;
-    return status == AD_OK ? look(at, error) : status;
+    if (status == AD_NOT_FINITE) {
+        *give = UNKNOWN;
+        return AD_OK;
+    }
+    return status;
 }
 
 double motion_left_over(int count, const double *distance)
@@ -386,9 +385,11 @@ static ad_status refine_mesh(refined *at, double tolerance, motion_apart by_time
         if (!goes_on(at, tolerance, by_time.l2 + estimate.l2, i, l2)) {
             break;
         }
+        const int before = at->intervals;
         at->intervals = finer(at);
         status = solve_again(at, report, &failed, error);
         if (failed) {
+            at->intervals = before;
             break;
         }
         l2[i] = at->distance.l2;
