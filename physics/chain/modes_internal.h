@@ -292,6 +292,12 @@ ad_status modes_settle(modes *m, const modes_linear *linear, ad_error *error);
 ad_status modes_initial_settled(modes *m, const double *settled_at, const double *inputs,
                                 const double *rates, const modes_linear *linear, ad_error *error);
 
+/* Of modes_create_open the start of a member, linear->q and linear->v, with rates as modes_move has
+ * them. An equilibrium is followed from that of the middle. Errors of modes_initial and of these.
+ */
+ad_status modes_begin_open(modes *m, const scene *family, const double *inputs, const double *rates,
+                           const modes_linear *linear, ad_error *error);
+
 /* q [size] nearest to strains [points][MODES_STRAINS]; hinges stay upright. */
 void modes_project(const modes *m, const double (*strains)[MODES_STRAINS], double *q);
 

@@ -1,10 +1,9 @@
 /* A reduced rod of a family, whose parameters are its inputs. */
+#include "autodiff/dense.h"
 #include "physics/chain/modes_internal.h"
 #include "physics/scene/breaks.h"
 #include "physics/scene/scene_field.h"
 #include "physics/scene/support.h"
-
-#include <math.h>
 
 /* Places are seen where they are at usual inputs: what differs has to be a mode. */
 static ad_status check_lengths(const scene *open, ad_error *error)
@@ -54,38 +53,21 @@ static ad_status check_turn(const scene *open, ad_error *error)
     return AD_OK;
 }
 
-static ad_status breaks_of(const scene *family, const double *values, scene_breaks *breaks,
-                           ad_error *error)
-{
-    scene member;
-    scene_member(family, values, &member);
-    return scene_breaks_of(&member, "s", breaks, error);
-}
-
 /* Points of the modes are where nothing jumps in the middle of the ranges. */
 static ad_status check_places(const scene *family, ad_error *error)
 {
-    double values[SCENE_PARAMETERS_MAX];
-    scene_breaks middle, moved;
-    ad_status status = breaks_of(family, scene_middle_values(family, values), &middle, error);
-    for (int k = 0; k < family->parameter_count && status == AD_OK; k++) {
-        const double usual = values[k];
-        values[k] = usual + 0.1 * (family->parameters[k].high - usual);
-        status = breaks_of(family, values, &moved, error);
-        values[k] = usual;
-        bool same = status == AD_OK && moved.count == middle.count;
-        for (int i = 0; i < middle.count && same; i++) {
-            same = fabs(moved.place[i] - middle.place[i]) <= 1e-9 * scene_length(family);
-        }
-        if (status == AD_OK && !same) {
-            status =
-                ad_fail(error, AD_BAD_ARGUMENT,
-                        "the parameter %s moves a place at which a formula of s jumps or has a "
-                        "kink; allowed: places that stay",
-                        family->parameters[k].name);
-        }
-    }
-    return status;
+    static const double PART = 0.05;
+    double middle[SCENE_PARAMETERS_MAX];
+    scene_breaks unused;
+    int moved_by = -1;
+    const ad_status status = scene_breaks_moved(family, "s", scene_middle_values(family, middle),
+                                                PART, &unused, &moved_by, error);
+    return status == AD_OK && moved_by >= 0
+               ? ad_fail(error, AD_BAD_ARGUMENT,
+                         "the parameter %s moves a place at which a formula of s jumps or has a "
+                         "kink; allowed: places that stay",
+                         family->parameters[moved_by].name)
+               : status;
 }
 
 ad_status modes_create_open(const scene *family, bool follows, const modes_counts *counts,
@@ -112,4 +94,19 @@ ad_status modes_create_open(const scene *family, bool follows, const modes_count
     status = status == AD_OK ? check_end(*rod, follows, error) : status;
     status = status == AD_OK ? modes_create(*rod, open, counts, finer, result, error) : status;
     return status == AD_OK ? modes_set_ranges(*result, low, high, error) : status;
+}
+
+ad_status modes_begin_open(modes *m, const scene *family, const double *inputs, const double *rates,
+                           const modes_linear *linear, ad_error *error)
+{
+    double middle[SCENE_PARAMETERS_MAX];
+    modes_move(m, rates);
+    if (m->inputs == 0 || family->initial.state != SCENE_EQUILIBRIUM) {
+        const ad_status status = modes_at(m, 0, inputs, error);
+        return status == AD_OK ? modes_initial(m, linear->q, linear->v, error) : status;
+    }
+    const ad_status status = ad_dense_load(error);
+    return status == AD_OK ? modes_initial_settled(m, scene_middle_values(family, middle), inputs,
+                                                   rates, linear, error)
+                           : status;
 }

@@ -23,7 +23,6 @@ _Static_assert(offsetof(reduced_place, angular_velocity) == 10 * sizeof(double) 
 struct reduced_rod {
     scene open;
     scene_values values; /* its names, where inputs have a memory */
-    double usual[SCENE_PARAMETERS_MAX];
     solve_rod *rod;
     modes *m;
     collocation *step;
@@ -81,7 +80,6 @@ static ad_status create_model(reduced_rod *rod, const reduced_settings *settings
     const bool is_given = given[0] + given[1] + given[2] + given[3] > 0;
     const modes_counts counts = is_given ? modes_counts_of(given[0], given[1], given[2], given[3])
                                          : modes_counts_of(3, 1, 2, 1);
-    scene_middle_values(&rod->open, rod->usual);
     return modes_create_open(&rod->open, settings->follows, &counts, 0, &rod->rod, &rod->m, error);
 }
 
@@ -289,14 +287,7 @@ ad_status reduced_initial(reduced_rod *rod, const double *inputs, double *state,
 {
     const modes_linear room = {rod->q,    rod->v,    rod->a,    rod->residual,
                                rod->by_q, rod->by_v, rod->mass, rod->pivots};
-    const bool settles = rod->m->inputs > 0 && rod->open.initial.state == SCENE_EQUILIBRIUM;
-    modes_move(rod->m, rod->rates);
-    ad_status status = settles ? ad_dense_load(error) : modes_at(rod->m, 0, inputs, error);
-    if (status == AD_OK) {
-        status = settles
-                     ? modes_initial_settled(rod->m, rod->usual, inputs, rod->rates, &room, error)
-                     : modes_initial(rod->m, rod->q, rod->v, error);
-    }
+    const ad_status status = modes_begin_open(rod->m, &rod->open, inputs, rod->rates, &room, error);
     if (status == AD_OK) {
         give_relaxed(rod, state);
     }

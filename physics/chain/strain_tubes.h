@@ -37,38 +37,23 @@ PROCESSOR_INLINE int elements_of(const strain_form *form, const strain_tube *of)
     return count;
 }
 
-/* The integral of a rate over an element, to its points and to its end, */
-PROCESSOR_INLINE void sum_on(const strain_form *form, int e, const lanes *rate, lanes *from,
-                             lanes *to)
+/* The integral of a rate over an element, beyond what it is before: from its beginning to its
+ * points and its end, or from its end back. */
+PROCESSOR_INLINE void sum_on(const strain_form *form, int e, bool back, const lanes *rate,
+                             lanes *before, lanes *to)
 {
     const int n = form->kind.stages;
     lanes all = NO_LANES;
     for (int i = 0; i < n; i++) {
+        const double *by = back ? form->tail[i] : form->rule.matrix[i];
         lanes sum = NO_LANES;
         for (int j = 0; j < n; j++) {
-            sum += form->rule.matrix[i][j] * rate[j];
+            sum += by[j] * rate[j];
         }
-        to[i] = *from + form->width[e] * sum;
+        to[i] = *before + form->width[e] * sum;
         all += form->rule.weights[i] * rate[i];
     }
-    *from += form->width[e] * all;
-}
-
-/* and from its points and its beginning to its end. */
-PROCESSOR_INLINE void sum_back(const strain_form *form, int e, const lanes *rate, lanes *end,
-                               lanes *to)
-{
-    const int n = form->kind.stages;
-    lanes all = NO_LANES;
-    for (int i = 0; i < n; i++) {
-        lanes sum = NO_LANES;
-        for (int j = 0; j < n; j++) {
-            sum += form->tail[i][j] * rate[j];
-        }
-        to[i] = *end + form->width[e] * sum;
-        all += form->rule.weights[i] * rate[i];
-    }
-    *end += form->width[e] * all;
+    *before += form->width[e] * all;
 }
 
 /* Theta at the points, as its cosine and sine, and the law there. */
@@ -85,7 +70,7 @@ PROCESSOR_INLINE void turn_tube(strain_form *form, const strain_tube *of, int la
             lanes_law_tube_wrench(form->at[node].u, of->turn[node], of->numbers[node], by);
             rate[i] = -by[TUBE_TORSION]; /* of any theta */
         }
-        sum_on(form, e, rate, &theta, angle);
+        sum_on(form, e, false, rate, &theta, angle);
         for (int i = 0; i < n; i++) {
             const int node = e * n + i;
             for (int lane = 0; lane < LANES; lane++) {
@@ -114,7 +99,7 @@ PROCESSOR_INLINE void measure_tubes(strain_form *form)
             for (int i = 0; i < n; i++) {
                 rate[i] = -of->gradient[e * n + i][TUBE_THETA];
             }
-            sum_back(form, e, rate, &torsion, of->measured + e * n);
+            sum_on(form, e, true, rate, &torsion, of->measured + e * n);
         }
         of->base_measured = torsion;
     }
@@ -163,7 +148,7 @@ PROCESSOR_INLINE void rows_of_tube(strain_form *form, int k, lanes (*gradients)[
             }
             rate[i] = -by;
         }
-        sum_on(form, e, rate, &theta, turned + e * n);
+        sum_on(form, e, false, rate, &theta, turned + e * n);
     }
     for (int e = form->kind.elements - 1; e >= 0; e--) {
         for (int i = 0; i < n && e < last; i++) {
@@ -184,7 +169,7 @@ PROCESSOR_INLINE void rows_of_tube(strain_form *form, int k, lanes (*gradients)[
         }
         memset(measured, 0, sizeof measured);
         if (e < last) {
-            sum_back(form, e, rate, &torsion, measured);
+            sum_on(form, e, true, rate, &torsion, measured);
         }
         for (int i = 0; i < n; i++) {
             const int row = torsion_at(form, e * n + i, k);

@@ -19,6 +19,19 @@ static inline void sort_ascending(size_t count, double *x)
     }
 }
 
+/* The same, each once; how many are left. */
+static inline size_t sort_once(size_t count, double *x)
+{
+    size_t left = 0;
+    sort_ascending(count, x);
+    for (size_t i = 0; i < count; i++) {
+        if (left == 0 || x[i] > x[left - 1]) {
+            x[left++] = x[i];
+        }
+    }
+    return left;
+}
+
 /* Of an even number the upper one; x is sorted. */
 static inline double sort_median(size_t count, double *x)
 {

@@ -114,6 +114,37 @@ ad_status scene_breaks_of(const scene *rod_scene, const char *coordinate, scene_
     return in.status;
 }
 
+static ad_status breaks_at(const scene *family, const char *coordinate, const double *values,
+                           scene_breaks *result, ad_error *error)
+{
+    scene member;
+    scene_member(family, values, &member);
+    return scene_breaks_of(&member, coordinate, result, error);
+}
+
+ad_status scene_breaks_moved(const scene *family, const char *coordinate, const double *values,
+                             double part, scene_breaks *now, int *moved_by, ad_error *error)
+{
+    const bool along = strcmp(coordinate, "s") == 0;
+    const double still = 1e-8 * part * (along ? scene_length(family) : scene_duration(family));
+    double beside[SCENE_PARAMETERS_MAX];
+    scene_breaks there;
+    ad_status status = breaks_at(family, coordinate, values, now, error);
+    *moved_by = -1;
+    for (int k = 0; k < family->parameter_count && status == AD_OK && *moved_by < 0; k++) {
+        const scene_parameter *of = &family->parameters[k];
+        memcpy(beside, values, (size_t)family->parameter_count * sizeof *beside);
+        beside[k] += part * (of->high - of->low);
+        status = breaks_at(family, coordinate, beside, &there, error);
+        bool stay = status == AD_OK && there.count == now->count;
+        for (int i = 0; i < now->count && stay; i++) {
+            stay = fabs(there.place[i] - now->place[i]) <= still;
+        }
+        *moved_by = stay ? -1 : k;
+    }
+    return status;
+}
+
 /* By more than a thousandth of its largest size. */
 static bool jumps_by(const scene *rod_scene, quantity q, double change)
 {

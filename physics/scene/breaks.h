@@ -23,6 +23,13 @@ typedef struct scene_breaks {
 ad_status scene_breaks_of(const scene *rod_scene, const char *coordinate, scene_breaks *result,
                           ad_error *error);
 
+/* *now: the breaks of the member at values [parameter_count]. *moved_by: the first parameter that
+ * moves one of them where it is more by a part of its range, the others as they are; -1: none. So
+ * do places that come or go; those that move by less than 1e-8 of the coordinate over the range of
+ * the parameter stay. AD_NO_MEMORY. */
+ad_status scene_breaks_moved(const scene *family, const char *coordinate, const double *values,
+                             double part, scene_breaks *now, int *moved_by, ad_error *error);
+
 /* s over `length`; just before a place where something jumps, as shapes are. */
 double scene_breaks_before(const scene_breaks *breaks, double length, double s);
 

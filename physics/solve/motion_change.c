@@ -1,6 +1,5 @@
 #include "physics/solve/motion_change.h"
 
-#include "autodiff/dense.h"
 #include "autodiff/memory.h"
 #include "physics/chain/modes_internal.h"
 #include "physics/chain/modes_step.h"
@@ -29,7 +28,6 @@ struct motion_change {
     double *state;   /* [STATES][size] as it goes, and */
     double *change;  /* [2 size + parameters][parameters] how it changes */
     double *trial;   /* [STATES][size], and room [2][size] behind it */
-    double *beside;  /* [parameters] */
     modes_linear room;
     ad_memory memory;
     long steps;
@@ -61,45 +59,26 @@ static ad_status refuse(ad_error *error, const char *what)
     return ad_fail(error, AD_BAD_ARGUMENT, "derivatives of a motion: not yet of %s", what);
 }
 
-/* Breaks in time of a member beside the one that is meant. */
-static ad_status breaks_at(const scene *family, const double *values, scene_breaks *breaks,
-                           ad_error *error)
-{
-    scene member;
-    scene_member(family, values, &member);
-    return scene_breaks_of(&member, "t", breaks, error);
-}
-
 /* Where a jump or a kink in time moves with a parameter, what it does to the motion is not the
  * derivative of a formula. */
 static ad_status check_breaks(const scene *family, const double *parameters, ad_error *error)
 {
-    static const double BESIDE = 1e-4; /* of the ranges */
-    double values[SCENE_PARAMETERS_MAX];
-    scene_breaks now, moved;
-    memcpy(values, parameters, (size_t)family->parameter_count * sizeof *values);
-    ad_status status = breaks_at(family, values, &now, error);
-    if (status == AD_OK && now.unresolved) {
+    static const double PART = 1e-4;
+    scene_breaks breaks;
+    int moved_by = -1;
+    const ad_status status =
+        scene_breaks_moved(family, "t", parameters, PART, &breaks, &moved_by, error);
+    if (status == AD_OK && breaks.unresolved) {
         return ad_fail(error, AD_BAD_ARGUMENT,
                        "%s jumps where that is not found: there are no derivatives by parameters",
-                       now.unresolved);
+                       breaks.unresolved);
     }
-    for (int k = 0; k < family->parameter_count && status == AD_OK; k++) {
-        values[k] += BESIDE * (family->parameters[k].high - family->parameters[k].low);
-        status = breaks_at(family, values, &moved, error);
-        values[k] = parameters[k];
-        bool same = status == AD_OK && moved.count == now.count;
-        for (int i = 0; i < now.count && same; i++) {
-            same = fabs(moved.place[i] - now.place[i]) <= 1e-12 * scene_duration(family);
-        }
-        if (status == AD_OK && !same) {
-            status = ad_fail(error, AD_BAD_ARGUMENT,
-                             "the parameter %s moves an instant at which a formula jumps or has a "
-                             "kink: there are no derivatives by it",
-                             family->parameters[k].name);
-        }
-    }
-    return status;
+    return status == AD_OK && moved_by >= 0
+               ? ad_fail(error, AD_BAD_ARGUMENT,
+                         "the parameter %s moves an instant at which a formula jumps or has a "
+                         "kink: there are no derivatives by it",
+                         family->parameters[moved_by].name)
+               : status;
 }
 
 static ad_status check(const scene *family, const solve_settings *settings, ad_error *error)
@@ -121,33 +100,33 @@ static ad_status check(const scene *family, const solve_settings *settings, ad_e
 
 /* ---- one solution -------------------------------------------------------------------------- */
 
-/* t in units of the rod. */
-static ad_status at(const motion_change *x, double t, int parameter, double by, ad_error *error)
+/* The values, with one parameter more by so much; -1: none. */
+static void beside(const motion_change *x, int parameter, double by, double *values)
 {
-    double values[SCENE_PARAMETERS_MAX];
     memcpy(values, x->values, (size_t)x->m->inputs * sizeof *values);
     if (parameter >= 0) {
         values[parameter] += by;
     }
+}
+
+/* t in units of the rod. */
+static ad_status at(const motion_change *x, double t, int parameter, double by, ad_error *error)
+{
+    double values[SCENE_PARAMETERS_MAX];
+    beside(x, parameter, by, values);
     return modes_at(x->m, t, values, error);
 }
 
-/* The state that the motion begins with; of an equilibrium followed from that of the middle. */
+/* The state that the motion begins with. */
 static ad_status begin(motion_change *x, int parameter, double by, double *state, ad_error *error)
 {
     const size_t size = (size_t)x->m->size;
-    double middle[SCENE_PARAMETERS_MAX], values[SCENE_PARAMETERS_MAX];
-    ad_status status = at(x, 0, parameter, by, error);
-    memset(state, 0, STATES * size * sizeof *state);
-    if (status == AD_OK && x->family.initial.state == SCENE_EQUILIBRIUM) {
-        modes_commands(x->m, values);
-        status = modes_initial_settled(x->m, scene_middle_values(&x->family, middle), values, NULL,
-                                       &x->room, error);
-        memcpy(state, x->room.q, size * sizeof *state);
-        memcpy(state + size, x->room.v, size * sizeof *state);
-    } else if (status == AD_OK) {
-        status = modes_initial(x->m, state, state + size, error);
-    }
+    double values[SCENE_PARAMETERS_MAX];
+    beside(x, parameter, by, values);
+    const ad_status status = modes_begin_open(x->m, &x->family, values, NULL, &x->room, error);
+    memcpy(state, x->room.q, size * sizeof *state);
+    memcpy(state + size, x->room.v, size * sizeof *state);
+    memset(state + 2 * size, 0, size * sizeof *state);
     return status;
 }
 
@@ -160,9 +139,9 @@ static ad_status begin_change(motion_change *x, ad_error *error)
     for (size_t k = 0; k < p && status == AD_OK; k++) {
         x->change[(2 * size + k) * p + k] = 1;
         for (int side = -1; side <= 1 && status == AD_OK; side += 2) {
-            status = begin(x, (int)k, side * x->beside[k], x->trial, error);
+            status = begin(x, (int)k, side * x->m->input_step[k], x->trial, error);
             for (size_t i = 0; i < 2 * size && status == AD_OK; i++) {
-                x->change[i * p + k] += side * x->trial[i] / (2 * x->beside[k]);
+                x->change[i * p + k] += side * x->trial[i] / (2 * x->m->input_step[k]);
             }
         }
     }
@@ -252,7 +231,6 @@ static ad_status solve(const asked *of, const modes_counts *counts, double toler
     x->family = *of->family;
     x->count = of->count;
     AD_TAKE(x, values, p);
-    AD_TAKE(x, beside, p);
     AD_TAKE(x, times, of->count);
     ad_status status =
         ad_memory_status(&x->memory, error, "out of memory for derivatives of a motion");
@@ -265,9 +243,6 @@ static ad_status solve(const asked *of, const modes_counts *counts, double toler
         status = refuse(error, "a material with a Maxwell branch");
     }
     status = status == AD_OK ? allocate(x, error) : status;
-    for (size_t k = 0; k < p && status == AD_OK; k++) {
-        x->beside[k] = x->m->input_step[k];
-    }
     return status == AD_OK ? go(x, of, tolerance, error) : status;
 }
 
@@ -393,12 +368,7 @@ static ad_status take_times(asked *of, size_t count, const double *times, ad_err
     for (size_t i = 0; i < count; i++) {
         of->times[i] = fmin(scene_duration(of->family), fmax(0, times[i]));
     }
-    sort_ascending(count, of->times);
-    for (size_t i = 0; i < count; i++) {
-        if (of->count == 0 || of->times[i] > of->times[of->count - 1]) {
-            of->times[of->count++] = of->times[i];
-        }
-    }
+    of->count = sort_once(count, of->times);
     return AD_OK;
 }
 
@@ -414,7 +384,6 @@ ad_status motion_change_create(const scene *family, const double *parameters,
     status = status == AD_OK ? check_breaks(family, parameters, error) : status;
     status = status == AD_OK ? find_stops(&of, error) : status;
     status = status == AD_OK ? take_times(&of, count, times, error) : status;
-    status = status == AD_OK ? ad_dense_load(error) : status;
     status = status == AD_OK ? refine(&of, settings, result, report, error) : status;
     free(of.stops);
     free(of.times);
@@ -445,7 +414,7 @@ static ad_status see_beside(const motion_change *x, size_t which, size_t paramet
     const double *change = x->changes + which * 2 * size * p;
     ad_status status = AD_OK;
     for (size_t side = 0; side < 2 && status == AD_OK; side++) {
-        const double by = side ? x->beside[parameter] : -x->beside[parameter];
+        const double by = side ? x->m->input_step[parameter] : -x->m->input_step[parameter];
         for (size_t i = 0; i < STATES * size; i++) {
             x->trial[i] = state[i] + (i < 2 * size ? by * change[i * p + parameter] : 0);
         }
@@ -473,7 +442,7 @@ static ad_status give(const motion_change *x, size_t which, const modes_places *
             const double *high = (const double *)&seen[places->count + i];
             for (size_t c = 0; c < (size_t)columns; c++) {
                 by[(c * p + k) * points + first + i] =
-                    (high[c] - low[c]) / (2 * x->beside[k]) * units[c] + 0.0;
+                    (high[c] - low[c]) / (2 * x->m->input_step[k]) * units[c] + 0.0;
             }
         }
     }

@@ -125,12 +125,7 @@ static ad_status gather_times(solution *solution, size_t count, const double *ti
         solution->times[i] = fmin(end, fmax(0, times[i] / solution->scales.time));
     }
     solution->times[count] = end;
-    sort_ascending(count + 1, solution->times);
-    for (size_t i = 0; i <= count; i++) {
-        if (i == 0 || solution->times[i] > solution->times[solution->count - 1]) {
-            solution->times[solution->count++] = solution->times[i];
-        }
-    }
+    solution->count = sort_once(count + 1, solution->times);
     return AD_OK;
 }
 

@@ -8,6 +8,7 @@
 #include "tools/programs/conclude.h"
 #include "tools/programs/form.h"
 #include "tools/programs/help.h"
+#include "tools/programs/motion_derivatives.h"
 #include "tools/programs/path_files.h"
 #include "tools/programs/residual_deviation.h"
 #include "tools/programs/samples.h"
@@ -50,9 +51,7 @@ typedef struct solving {
     unknowns unknown;
     bool only_identified; /* of a family, of which no member is meant */
     const scene *scene;
-    config *family; /* of which derivatives are wanted; NULL: none are */
-    motion_change *change;
-    motion_change_report changed;
+    motion_derivatives derived;
     experiment *e;    /* with a reference only */
     reference *known; /* the same */
     samples grid;
@@ -73,8 +72,7 @@ typedef struct solving {
 static void solving_free(solving *solving)
 {
     solution_free(solving->solved);
-    motion_change_free(solving->change);
-    config_free(solving->family);
+    motion_derivatives_free(&solving->derived);
     solution_path_free(solving->path);
     free(solving->times);
     free(solving->from);
@@ -106,9 +104,10 @@ static ad_status gather_times(solving *solving, ad_error *error)
 
 static ad_status write_out(solving *solving, ad_error *error)
 {
-    const answer solved = solving->change ? answer_of_motion(solving->solved, solving->change,
-                                                             &solving->family->scene)
-                                          : answer_of_solution(solving->solved, solving->scene);
+    const answer solved = solving->derived.change
+                              ? answer_of_motion(solving->solved, solving->derived.change,
+                                                 &solving->derived.family->scene)
+                              : answer_of_solution(solving->solved, solving->scene);
     const ad_status status = samples_ask(&solving->grid, &solved, error);
     return status == AD_OK ? samples_write(&solving->grid, solving->asked.out, error) : status;
 }
@@ -131,23 +130,13 @@ static solve_settings settings_of(const options *o)
                             .modes = {o->modes[0], o->modes[1], o->modes[2], o->modes[3]}};
 }
 
-static const char *worst_parameter(const solving *solving)
-{
-    return solving->family->scene.parameters[solving->changed.worst].name;
-}
-
 static void judge(solving *solving)
 {
     const solve_settings settings = settings_of(&solving->asked);
     solution_verdict(solving->solved, solving->scene, &settings, &solving->report,
                      &solving->verdict);
     residual_deviation_judge(&solving->learned, &solving->verdict);
-    const double allowed = MOTION_CHANGE_OF_TOLERANCE * solving->asked.tolerance;
-    if (solving->change && !solving->asked.mode_counts && !(solving->changed.estimate <= allowed)) {
-        verdict_add(&solving->verdict, VERDICT_ESTIMATE_ABOVE_TOLERANCE,
-                    "of derivatives by %s: %.2g, above %.2g", worst_parameter(solving),
-                    solving->changed.estimate, allowed);
-    }
+    motion_derivatives_judge(&solving->derived, &solving->verdict);
 }
 
 static bool is_rod_in_motion(const solving *solving)
@@ -160,12 +149,7 @@ static ad_status print_report(solving *solving, ad_error *error)
     ad_status status =
         solution_print(solving->solved, solving->scene, &solving->report, solving->seconds, error);
     residual_deviation_print(&solving->learned);
-    if (solving->change) {
-        printf("  derivatives              by %d parameters; estimated error %.2g of those of the "
-               "position by %s, relative L2\n",
-               solving->family->scene.parameter_count, solving->changed.estimate,
-               worst_parameter(solving));
-    }
+    motion_derivatives_print(&solving->derived);
     verdict_print(stdout, "", &solving->verdict);
     if (status == AD_OK && solving->known) {
         solution_print_errors("difference from", solving->known, &solving->errors);
@@ -209,10 +193,7 @@ static void tell(const void *of, json *to)
             json_number(to, "bifurcation_load", r->bifurcation_load);
             path_files_json(solving->path, solving->asked.path, to);
         }
-        if (solving->change) {
-            json_number(to, "derivatives_estimated_error", solving->changed.estimate);
-            json_text(to, "derivatives_least_exact_by", worst_parameter(solving));
-        }
+        motion_derivatives_json(&solving->derived, to);
         residual_deviation_json(&solving->learned, to);
         json_text(to, "out", reached(solving) ? solving->asked.out : NULL);
     }
@@ -246,11 +227,9 @@ static ad_status solve(solving *solving, ad_error *error)
     double start = clock_seconds(CLOCK_MONOTONIC);
     ad_status status = solution_create(solving->scene, &settings, solving->time_count,
                                        solving->times, &solving->solved, &solving->report, error);
-    if (status == AD_OK && solving->family) {
-        status = motion_change_create(&solving->family->scene, solving->grid.parameters, &settings,
-                                      solving->grid.count, solving->grid.t, &solving->change,
-                                      &solving->changed, error);
-    }
+    status = status == AD_OK
+                 ? motion_derivatives_find(&solving->derived, &solving->grid, &settings, error)
+                 : status;
     solving->seconds = clock_seconds(CLOCK_MONOTONIC) - start;
     return status;
 }
@@ -312,26 +291,15 @@ static ad_status check_method(const solving *solving, ad_error *error)
     return status;
 }
 
-/* The family of the member that is meant, and its values. */
+/* What derivatives of a motion ask for. */
 static ad_status open_family(solving *solving, ad_error *error)
 {
     const options *o = &solving->asked;
-    if (!is_rod_in_motion(solving)) {
-        return ad_fail(error, AD_BAD_ARGUMENT,
-                       "--derivatives: allowed: of --members where nothing moves; not of beams");
-    }
-    ad_status status = prepare_read(o->config, NULL, o->overrides.count, o->overrides.texts,
-                                    &solving->family, error);
-    if (status != AD_OK) {
-        return status;
-    }
-    const scene *family = &solving->family->scene;
-    solving->grid.derives = true;
-    solving->grid.parameters = calloc((size_t)family->parameter_count + 1, sizeof(double));
-    return solving->grid.parameters
-               ? scene_member_read(family->parameter_count, family->parameters, false, o->at,
-                                   solving->grid.parameters, error)
-               : ad_fail(error, AD_NO_MEMORY, "out of memory for parameters");
+    return is_rod_in_motion(solving)
+               ? motion_derivatives_open(o->config, &o->overrides, o->at, &solving->grid,
+                                         &solving->derived, error)
+               : ad_fail(error, AD_BAD_ARGUMENT,
+                         "--derivatives: allowed: of --members where nothing moves; not of beams");
 }
 
 /* Reads the scene and prepares everything that the solution needs. */
