@@ -162,14 +162,6 @@ ad_status collocation_once(collocation *collocation, double t, double h, const d
 
 /* ---- derivatives --------------------------------------------------------------------------- */
 
-size_t collocation_derivative_room(const collocation *collocation)
-{
-    const size_t n = (size_t)collocation->size, all = (size_t)collocation->by.rule.stages * n;
-    const size_t states = 2 * n + (size_t)collocation->m->branch.count;
-    return all * (all + states + 2 * (size_t)collocation->m->inputs) +
-           n * (size_t)collocation->m->inputs;
-}
-
 /* Beside the matrix: minus the derivatives of the residual by q, v, d, inputs, ends of some. */
 static ad_status derivative_rows(collocation *collocation, int i, double t, double h,
                                  const double *inputs, collocation_ends ends, const double *q,
@@ -207,130 +199,152 @@ static ad_status derivative_rows(collocation *collocation, int i, double t, doub
     return status;
 }
 
+/* to [count] += by times a row of changes. */
+static void add_row(int count, double by, const double *row, double *to)
+{
+    for (int c = 0; c < count && by != 0; c++) {
+        to[c] += by * row[c];
+    }
+}
+
 /* How q, v at the end of the step change, by how the accelerations do: rows [stages][size] that
- * have `width` columns of them, and those at the start, [2 size][width]; in place. */
+ * begin in a column of `accelerated`; in place of those at the start. */
 static void change_state(const collocation *collocation, double h, const double *accelerated,
-                         int stride, int width, double *change)
+                         int stride, int count, double *change)
 {
     const collocation_method *method = &collocation->by;
     const int n = collocation->size, last = method->rule.stages - 1;
     for (int k = 0; k < n; k++) {
-        double *q = change + k * width, *v = change + (n + k) * width;
-        for (int c = 0; c < width; c++) {
-            q[c] += h * v[c];
-            for (int j = 0; j <= last; j++) {
-                const double a = accelerated[(j * n + k) * stride + c];
-                q[c] += h * h * method->square[last][j] * a;
-                v[c] += h * method->rule.weights[j] * a;
-            }
+        double *q = change + k * count, *v = change + (n + k) * count;
+        add_row(count, h, v, q);
+        for (int j = 0; j <= last; j++) {
+            const double *a = accelerated + (j * n + k) * stride;
+            add_row(count, h * h * method->square[last][j], a, q);
+            add_row(count, h * method->rule.weights[j], a, v);
         }
     }
 }
 
-/* Rows of d at the end of the step, from those of accelerations in `room`. */
-static void branch_rows(const collocation *collocation, double h, collocation_ends ends,
-                        int columns, const double *room, double *by)
+/* The same of d, before that of q and v. */
+static void change_branches(const collocation *collocation, double h, collocation_ends ends,
+                            const double *accelerated, int stride, int count, double *change)
 {
     const modes *m = collocation->m;
-    const int n = m->size, s = collocation->by.rule.stages, inputs = m->inputs;
-    const int states = 2 * n + m->branch.count, wanted = states + inputs + ends.count;
-    for (int b = 0; b < m->branch.count; b++) {
+    const int n = m->size, s = collocation->by.rule.stages;
+    double *d = change + 2 * n * count, *input = d + m->branch.count * count;
+    for (int b = 0; b < m->branch.count; b++, d += count) {
         const int k = m->branch.mode[b];
-        double *to = by + (2 * n + b) * wanted, accelerated[COLLOCATION_STAGES_MAX] = {0};
-        for (int l = 0; l < s; l++) {
-            for (int j = 0; j < s; j++) {
-                accelerated[l] += h * collocation->branch.by[((s - 1) * s + j) * n + k] *
-                                  collocation->by.rule.matrix[j][l];
-            }
+        const double left = collocation->branch.left[(s - 1) * n + k];
+        for (int c = 0; c < count; c++) {
+            d[c] *= left;
         }
-        for (int c = 0; c < wanted; c++) {
-            const int p = c - states;
-            to[c] = c == n + k       ? collocation_branch_by_rate(collocation, s - 1, k)
-                    : c == 2 * n + b ? collocation->branch.left[(s - 1) * n + k]
-                    : p < 0          ? 0
-                                     : collocation_branch_by_input(collocation, s - 1, k,
-                                                          p < inputs ? p : ends.first + p - inputs,
-                                                                   p >= inputs);
-            for (int l = 0; l < s; l++) {
-                to[c] += accelerated[l] * room[(l * n + k) * columns + s * n + c];
+        add_row(count, collocation_branch_by_rate(collocation, s - 1, k), change + (n + k) * count,
+                d);
+        for (int p = 0; p < m->inputs + ends.count; p++) {
+            const bool is_end = p >= m->inputs;
+            add_row(count,
+                    collocation_branch_by_input(collocation, s - 1, k,
+                                                is_end ? ends.first + p - m->inputs : p, is_end),
+                    input + p * count, d);
+        }
+        for (int l = 0; l < s; l++) {
+            double by = 0;
+            for (int j = 0; j < s; j++) {
+                by += h * collocation->branch.by[((s - 1) * s + j) * n + k] *
+                      collocation->by.rule.matrix[j][l];
             }
+            add_row(count, by, accelerated + (l * n + k) * stride, d);
         }
     }
 }
 
-ad_status collocation_derivatives(collocation *collocation, double t, double h,
-                                  const double *inputs, const double *after, collocation_ends ends,
-                                  const double *q, const double *v, const double *d, double *room,
-                                  double *by, ad_error *error)
+/* Inputs that nothing changes along: a bit each. */
+static uint64_t resting(const collocation *collocation, collocation_ends ends, int count,
+                        const double *change)
 {
-    const int n = collocation->size, all = collocation->by.rule.stages * n,
-              wanted = 2 * n + collocation->m->branch.count + collocation->m->inputs + ends.count;
-    const int columns = all + wanted;
-    double *by_inputs = room + all * columns;
-    collocation->after = after;
-    ad_status status = collocation_branch_begin(collocation, t, h, inputs, d, error);
-    status =
-        status == AD_OK ? collocation_branch_by_inputs(collocation, t, h, inputs, error) : status;
-    for (int i = 0; i < collocation->by.rule.stages && status == AD_OK; i++) {
-        collocation_branch_stretch(collocation, i, h, v);
-    }
-    for (int i = 0; i < collocation->by.rule.stages && status == AD_OK; i++) {
-        status = derivative_rows(collocation, i, t, h, inputs, ends, q, v, columns,
-                                 room + i * n * columns, by_inputs, error);
-    }
-    collocation->after = NULL;
-    if (status == AD_OK && !collocation_eliminate(all, columns, room)) {
-        status = ad_fail(error, AD_NOT_FINITE, "the derivative of a step is singular");
-    }
-    if (status == AD_OK) {
-        memset(by, 0, (size_t)(2 * n) * (size_t)wanted * sizeof *by);
-        for (int k = 0; k < 2 * n; k++) {
-            by[k * wanted + k] = 1;
+    const int inputs = collocation->m->inputs;
+    uint64_t result = 0;
+    for (int k = 0; k < inputs; k++) {
+        const bool ends_too = k >= ends.first && k < ends.first + ends.count;
+        bool rests = true;
+        for (int c = 0; c < count && rests; c++) {
+            rests = change[k * count + c] == 0 &&
+                    !(ends_too && change[(inputs + k - ends.first) * count + c] != 0);
         }
-        change_state(collocation, h, room + all, columns, wanted, by);
+        result |= rests ? UINT64_C(1) << k : 0;
     }
-    if (status == AD_OK) {
-        branch_rows(collocation, h, ends, columns, room, by);
+    return result;
+}
+
+size_t collocation_along_room(const collocation *collocation, int ends, int count)
+{
+    const size_t n = (size_t)collocation->size, inputs = (size_t)collocation->m->inputs;
+    const size_t all = (size_t)collocation->by.rule.stages * n;
+    const size_t known = 2 * n + (size_t)collocation->m->branch.count + inputs + (size_t)ends;
+    return all * (all + (size_t)count) + n * (all + known + inputs);
+}
+
+/* The rows of all stages: the matrix, and behind it what changes along each. */
+static ad_status along_rows(collocation *collocation, double t, double h, const double *inputs,
+                            collocation_ends ends, const double *q, const double *v, int count,
+                            const double *change, double *room, ad_error *error)
+{
+    const int n = collocation->size, stages = collocation->by.rule.stages, all = stages * n;
+    const int known = 2 * n + collocation->m->branch.count + collocation->m->inputs + ends.count;
+    const int columns = all + known, width = all + count;
+    double *rows = room + (size_t)all * (size_t)width, *by_inputs = rows + n * columns;
+    ad_status status = AD_OK;
+    for (int i = 0; i < stages && status == AD_OK; i++) {
+        status = derivative_rows(collocation, i, t, h, inputs, ends, q, v, columns, rows, by_inputs,
+                                 error);
+        for (int r = 0; r < n; r++) {
+            double *to = room + (i * n + r) * width;
+            memcpy(to, rows + r * columns, (size_t)all * sizeof *to);
+            memset(to + all, 0, (size_t)count * sizeof *to);
+        }
+        for (int k = 0; k < known; k++) {
+            const double *along = change + k * count;
+            int first = 0, end = count;
+            for (; first < end && along[first] == 0; first++) {
+            }
+            for (; end > first && along[end - 1] == 0; end--) {
+            }
+            for (int r = 0; r < n && first < end; r++) {
+                add_row(end - first, rows[r * columns + all + k], along + first,
+                        room + (i * n + r) * width + all + first);
+            }
+        }
     }
     return status;
 }
 
-size_t collocation_along_room(const collocation *collocation, int count)
+ad_status collocation_along(collocation *collocation, double t, double h, const double *inputs,
+                            const double *after, collocation_ends ends, const double *q,
+                            const double *v, const double *d, int count, double *room,
+                            double *change, ad_error *error)
 {
-    const size_t n = (size_t)collocation->size, inputs = (size_t)collocation->m->inputs;
-    const size_t all = (size_t)collocation->by.rule.stages * n;
-    return all * (all + (size_t)count) + n * (all + 2 * n + 2 * inputs);
-}
-
-ad_status collocation_along(collocation *collocation, double t, double h, int count,
-                            const double *q, const double *v, double *room, double *change,
-                            ad_error *error)
-{
-    const int n = collocation->size, stages = collocation->by.rule.stages, all = stages * n;
-    const int inputs = collocation->m->inputs, known = 2 * n + inputs, columns = all + known;
-    double *rows = room + (size_t)all * (size_t)(all + count), *by_inputs = rows + n * columns;
-    double now[SCENE_PARAMETERS_MAX];
-    ad_status status = AD_OK;
-    modes_commands(collocation->m, now);
+    modes *m = collocation->m;
+    const int states = 2 * collocation->size + m->branch.count;
+    const int stages = collocation->by.rule.stages, all = stages * collocation->size;
+    const uint64_t unasked = m->unasked;
+    m->unasked |= resting(collocation, ends, count, change + states * count);
+    collocation->after = after;
+    ad_status status = collocation_branch_begin(collocation, t, h, inputs, d, error);
+    status =
+        status == AD_OK ? collocation_branch_by_inputs(collocation, t, h, inputs, error) : status;
     for (int i = 0; i < stages && status == AD_OK; i++) {
-        status = derivative_rows(collocation, i, t, h, now, (collocation_ends){0, 0}, q, v, columns,
-                                 rows, by_inputs, error);
-        for (int r = 0; r < n; r++) {
-            const double *from = rows + r * columns;
-            double *to = room + (i * n + r) * (all + count);
-            memcpy(to, from, (size_t)all * sizeof *to);
-            memset(to + all, 0, (size_t)count * sizeof *to);
-            for (int k = 0; k < known; k++) {
-                for (int c = 0; c < count && from[all + k] != 0; c++) {
-                    to[all + c] += from[all + k] * change[k * count + c];
-                }
-            }
-        }
+        collocation_branch_stretch(collocation, i, h, v);
     }
+    status = status == AD_OK
+                 ? along_rows(collocation, t, h, inputs, ends, q, v, count, change, room, error)
+                 : status;
+    collocation->after = NULL;
+    m->unasked = unasked;
     if (status == AD_OK && !collocation_eliminate(all, all + count, room)) {
         status = ad_fail(error, AD_NOT_FINITE, "the derivative of a step is singular");
     }
     if (status == AD_OK) {
+        change_branches(collocation, h, ends, room + all, all + count, count, change);
         change_state(collocation, h, room + all, all + count, count, change);
     }
     return status;

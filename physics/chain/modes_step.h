@@ -62,23 +62,16 @@ typedef struct collocation_ends {
     int first, count;
 } collocation_ends;
 
-/* After it, with q, v, d of its start: derivatives [states][states + inputs + ends.count] of the
- * state at its end, q, v and those of d that there are, by it, inputs (of both ends together), and
- * of `ends` by those after the step alone; exact ones of the method's equations. room
- * [collocation_derivative_room]. */
-ad_status collocation_derivatives(collocation *collocation, double t, double h,
-                                  const double *inputs, const double *after, collocation_ends ends,
-                                  const double *q, const double *v, const double *d, double *room,
-                                  double *by, ad_error *error);
-size_t collocation_derivative_room(const collocation *collocation);
-
-/* After a step without Maxwell branches, with q, v of its start: change [2 size + inputs][count],
- * derivatives of the state at its start and of the inputs, as they are, by so many numbers; those
- * of the state become those at its end, as above. room [collocation_along_room]. */
-ad_status collocation_along(collocation *collocation, double t, double h, int count,
-                            const double *q, const double *v, double *room, double *change,
-                            ad_error *error);
-size_t collocation_along_room(const collocation *collocation, int count);
+/* After a step with q, v, d of its start, along `count` directions: change [states + inputs +
+ * ends.count][count], how the state at its start changes, q, v and those of d that there are,
+ * inputs (at both ends of the step together), and, of `ends`, by how much more those after it.
+ * Rows of the state become those at its end, by exact derivatives of the method's equations. inputs
+ * and `after` as above. room [collocation_along_room]. */
+ad_status collocation_along(collocation *collocation, double t, double h, const double *inputs,
+                            const double *after, collocation_ends ends, const double *q,
+                            const double *v, const double *d, int count, double *room,
+                            double *change, ad_error *error);
+size_t collocation_along_room(const collocation *collocation, int ends, int count);
 
 collocation_counts collocation_counts_of(const collocation *collocation);
 

@@ -1,10 +1,6 @@
-#include "physics/chain/reduced.h"
+#include "physics/chain/reduced_internal.h"
 
 #include "autodiff/dense.h"
-#include "autodiff/memory.h"
-#include "physics/chain/modes_internal.h"
-#include "physics/chain/modes_step.h"
-#include "physics/scene/scene_memory.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -19,35 +15,6 @@ enum { OUTPUT_ROWS = 12 };
 _Static_assert(offsetof(reduced_place, angular_velocity) == 10 * sizeof(double) &&
                    sizeof(reduced_place) == 13 * sizeof(double),
                "as kinematics.h has them");
-
-struct reduced_rod {
-    scene open;
-    scene_values values; /* its names, where inputs have a memory */
-    solve_rod *rod;
-    modes *m;
-    collocation *step;
-    kinematics look; /* of places, all rows but those of curvature */
-    int count;
-    double newton;
-    double *unit;        /* [states] of the state: SI by the model's */
-    double *q, *v, *a;   /* [size] each */
-    double *d;           /* [size] stretches of Maxwell branches */
-    double *residual;    /* [size] */
-    double *start;       /* [states] */
-    double *by_q, *by_v; /* [size][width] */
-    double *by;          /* [states][states + inputs] */
-    double *branch_by;   /* [2][inputs][size] of modes_branch_by_inputs */
-    double *mass;        /* [width][width] */
-    double *room;        /* of the derivatives of a step */
-    double *seen;        /* [count][KINEMATICS_SEEN] */
-    double *look_room;
-    double *change[2]; /* [memory_count + inputs][inputs] of inputs before and after a step */
-    ad_memory memory;
-    int *pivots;           /* [size] */
-    double *rates;         /* [4][inputs] of inputs that ends follow, in the model's time: of one
-                            * instant, first and second; before and after a step */
-    collocation_path path; /* which: of inputs that ends depend on */
-};
 
 /* ---- making -------------------------------------------------------------------------------- */
 
@@ -115,9 +82,8 @@ static ad_status allocate(reduced_rod *rod, ad_error *error)
     const modes *m = rod->m;
     const size_t n = (size_t)m->size, width = (size_t)m->width, inputs = (size_t)m->inputs;
     const size_t square = (n + QUAD) * width, states = (size_t)reduced_states(rod);
-    const size_t moving = (size_t)m->end.first, whole = states + 2 * (n - moving);
-    const size_t changes =
-        rod->open.memory_count > 0 ? ((size_t)rod->open.memory_count + inputs) * inputs : 0;
+    const size_t moving = (size_t)m->end.first, memory = (size_t)rod->open.memory_count,
+                 most = states + memory + inputs, rows = most + 2 * (n - moving);
     AD_TAKE(rod, unit, states);
     AD_TAKE(rod, q, n);
     AD_TAKE(rod, v, n);
@@ -126,13 +92,14 @@ static ad_status allocate(reduced_rod *rod, ad_error *error)
     AD_TAKE(rod, start, 3 * n);
     AD_TAKE(rod, by_q, square);
     AD_TAKE(rod, by_v, square);
-    AD_TAKE(rod, by, whole * (whole + 2 * inputs));
+    AD_TAKE(rod, by, rows * most);
     AD_TAKE(rod, mass, square);
-    AD_TAKE(rod, room, collocation_derivative_room(rod->step));
+    AD_TAKE(rod, room, collocation_along_room(rod->step, (int)memory, (int)most));
     AD_TAKE(rod, seen, KINEMATICS_SEEN * (size_t)rod->count);
     AD_TAKE(rod, look_room, kinematics_room(&rod->look));
-    AD_TAKE(rod, change[0], changes);
-    AD_TAKE(rod, change[1], changes);
+    AD_TAKE(rod, along, most * most);
+    AD_TAKE(rod, change[0], most * inputs);
+    AD_TAKE(rod, change[1], most * inputs);
     AD_TAKE(rod, d, n);
     AD_TAKE(rod, branch_by, 2 * inputs * n);
     AD_TAKE(rod, pivots, n);
@@ -243,7 +210,7 @@ void reduced_follow(reduced_rod *rod, const double *before, const double *after)
 
 /* ---- states -------------------------------------------------------------------------------- */
 
-static void take_state(reduced_rod *rod, const double *state)
+void reduced_take_state(reduced_rod *rod, const double *state)
 {
     const int n = reduced_modes(rod);
     for (int k = 0; k < n; k++) {
@@ -255,7 +222,7 @@ static void take_state(reduced_rod *rod, const double *state)
     }
 }
 
-static void give_state(const reduced_rod *rod, double *state)
+void reduced_give_state(const reduced_rod *rod, double *state)
 {
     const int n = reduced_modes(rod);
     for (int k = 0; k < n; k++) {
@@ -271,14 +238,14 @@ static void give_state(const reduced_rod *rod, double *state)
 static void give_relaxed(reduced_rod *rod, double *state)
 {
     memset(rod->d, 0, (size_t)rod->m->size * sizeof *rod->d);
-    give_state(rod, state);
+    reduced_give_state(rod, state);
 }
 
 /* The model at a time and inputs, with the state in rod->q, rod->v. */
 static ad_status go_to(reduced_rod *rod, double t, const double *state, const double *inputs,
                        ad_error *error)
 {
-    take_state(rod, state);
+    reduced_take_state(rod, state);
     modes_move(rod->m, rod->rates);
     return modes_at(rod->m, t / rod->rod->scales.time, inputs, error);
 }
@@ -307,7 +274,7 @@ ad_status reduced_settle(reduced_rod *rod, double t, const double *inputs, doubl
     return status;
 }
 
-/* ---- rates and steps ----------------------------------------------------------------------- */
+/* ---- rates --------------------------------------------------------------------------------- */
 
 /* Of row r of the residual, with accelerations held: by the state, then by inputs. */
 static double residual_by(const reduced_rod *rod, int r, int c)
@@ -414,183 +381,6 @@ ad_status reduced_rate(reduced_rod *rod, double t, const double *state, const do
             by_inputs[r * count + c] = 0;
             by_inputs[(n + r) * count + c] = rod->by[r * wanted + states + c] * unit;
         }
-    }
-    return status;
-}
-
-ad_status reduced_step(reduced_rod *rod, double t, double h, const double *state,
-                       const double *inputs, double *next, double *by_state, double *by_inputs,
-                       ad_error *error)
-{
-    return reduced_step_linear(rod, t, h, state, inputs, NULL, next, by_state, by_inputs, error);
-}
-
-/* Leaves rows and columns of reactions, which are no states, out of rod->by [.][columns]. */
-static void drop_reactions(reduced_rod *rod, int columns)
-{
-    const int n = rod->m->size, moving = reduced_modes(rod), held = n - moving;
-    double *to = rod->by;
-    for (int r = 0; r < 2 * n + rod->m->branch.count && held > 0; r++) {
-        for (int c = 0; c < columns && !(r < 2 * n && r % n >= moving); c++) {
-            if (!(c < 2 * n && c % n >= moving)) {
-                *to++ = rod->by[r * columns + c];
-            }
-        }
-    }
-}
-
-/* To rod->q, rod->v, rod->d; derivatives by states, inputs and, by themselves, ends of states of
- * memory in rod->by [.][states + inputs + memory_count], in the model's units. */
-static ad_status step_linear(reduced_rod *rod, double t, double h, const double *state,
-                             const double *inputs, const double *after, bool differs, int memory,
-                             ad_error *error)
-{
-    const int n = rod->m->size;
-    const double time = rod->rod->scales.time;
-    const collocation_ends ends = {scene_given_count(&rod->open), memory};
-    take_state(rod, state);
-    memcpy(rod->start, rod->q, (size_t)n * sizeof *rod->q);
-    memcpy(rod->start + n, rod->v, (size_t)n * sizeof *rod->v);
-    memcpy(rod->start + 2 * n, rod->d, (size_t)n * sizeof *rod->d);
-    ad_status status = collocation_once(rod->step, t / time, h / time, inputs, after, rod->newton,
-                                        rod->q, rod->v, rod->d, error);
-    if (status == AD_OK && differs) {
-        status =
-            collocation_derivatives(rod->step, t / time, h / time, inputs, after, ends, rod->start,
-                                    rod->start + n, rod->start + 2 * n, rod->room, rod->by, error);
-        drop_reactions(rod, 2 * n + rod->m->branch.count + rod->m->inputs + memory);
-    }
-    return status;
-}
-
-ad_status reduced_step_linear(reduced_rod *rod, double t, double h, const double *state,
-                              const double *inputs, const double *after, double *next,
-                              double *by_state, double *by_inputs, ad_error *error)
-{
-    const int states = reduced_states(rod), count = rod->m->inputs, wanted = states + count;
-    const ad_status status =
-        step_linear(rod, t, h, state, inputs, after, by_state || by_inputs, 0, error);
-    if (status != AD_OK) {
-        return status;
-    }
-    give_state(rod, next);
-    for (int r = 0; r < states; r++) {
-        for (int c = 0; c < states && by_state; c++) {
-            by_state[r * states + c] = rod->by[r * wanted + c] * rod->unit[r] / rod->unit[c];
-        }
-        for (int c = 0; c < count && by_inputs; c++) {
-            by_inputs[r * count + c] = rod->by[r * wanted + states + c] * rod->unit[r];
-        }
-    }
-    return AD_OK;
-}
-
-/* ---- inputs with a memory ------------------------------------------------------------------ */
-
-int reduced_all_states(const reduced_rod *rod)
-{
-    return reduced_states(rod) + rod->open.memory_count;
-}
-
-void reduced_remember(const reduced_rod *rod, const double *state, double *inputs)
-{
-    memcpy(inputs + scene_given_count(&rod->open), state + reduced_states(rod),
-           (size_t)rod->open.memory_count * sizeof *inputs);
-}
-
-void reduced_begin(const reduced_rod *rod, double *inputs, double *state)
-{
-    scene_memory_start(&rod->open, &rod->values, inputs, 0, NULL);
-    memcpy(state + reduced_states(rod), inputs + scene_given_count(&rod->open),
-           (size_t)rod->open.memory_count * sizeof *state);
-}
-
-/* Inputs at both ends of a step with the states of memory, and how these change with their first
- * values and with other inputs: rod->change. Of held inputs a play has moved at the beginning. */
-static void remember(reduced_rod *rod, double h, const double *state, const double *inputs,
-                     const double *after, bool differs, double *now, double *then)
-{
-    const int count = rod->m->inputs, memory = rod->open.memory_count,
-              first = scene_given_count(&rod->open), all = differs ? memory + count : 0;
-    memcpy(now, inputs, (size_t)count * sizeof *now);
-    memcpy(then, after ? after : inputs, (size_t)count * sizeof *then);
-    reduced_remember(rod, state, now);
-    for (int i = 0; i < all; i++) {
-        for (int k = 0; k < count; k++) {
-            const bool is_state = k >= first && k < first + memory;
-            rod->change[0][i * count + k] =
-                i < memory ? k == first + i : k == i - memory && !is_state;
-        }
-    }
-    memcpy(rod->change[1], rod->change[0], (size_t)(all * count) * sizeof(double));
-    scene_memory_step(&rod->open, &rod->values, h, now, then, all, rod->change[0], rod->change[1]);
-    for (int m = 0; m < memory && !after; m++) {
-        if (!rod->open.memory[m].lags) {
-            now[first + m] = then[first + m];
-            for (int i = 0; i < all; i++) {
-                rod->change[0][i * count + first + m] = rod->change[1][i * count + first + m];
-            }
-        }
-    }
-}
-
-/* Of row r of the next state, in the model's units: its derivative along change i. */
-static double change_by_memory(const reduced_rod *rod, int r, int i)
-{
-    const int n = reduced_states(rod), count = rod->m->inputs, memory = rod->open.memory_count,
-              first = scene_given_count(&rod->open);
-    const double *by = rod->by + r * (n + count + memory) + n;
-    double sum = 0;
-    for (int m = 0; m < memory; m++) {
-        const double both = by[first + m], end = by[count + m];
-        sum += (both - end) * rod->change[0][i * count + first + m] +
-               end * rod->change[1][i * count + first + m];
-    }
-    return sum;
-}
-
-static void give_whole(const reduced_rod *rod, double *by_state, double *by_inputs)
-{
-    const int n = reduced_states(rod), count = rod->m->inputs, memory = rod->open.memory_count,
-              first = scene_given_count(&rod->open), all = n + memory;
-    for (int r = 0; r < all; r++) {
-        const double *by = rod->by + r * (n + count + memory);
-        for (int c = 0; c < all && by_state; c++) {
-            by_state[r * all + c] =
-                r >= n  ? (c < n ? 0 : rod->change[1][(c - n) * count + first + r - n])
-                : c < n ? by[c] * rod->unit[r] / rod->unit[c]
-                        : change_by_memory(rod, r, c - n) * rod->unit[r];
-        }
-        for (int c = 0; c < count && by_inputs; c++) {
-            const bool is_state = c >= first && c < first + memory;
-            const double direct = r < n && !is_state ? by[n + c] * rod->unit[r] : 0;
-            by_inputs[r * count + c] =
-                r >= n ? rod->change[1][(memory + c) * count + first + r - n]
-                       : direct + change_by_memory(rod, r, memory + c) * rod->unit[r];
-        }
-    }
-}
-
-ad_status reduced_step_whole(reduced_rod *rod, double t, double h, const double *state,
-                             const double *inputs, const double *after, double *next,
-                             double *by_state, double *by_inputs, ad_error *error)
-{
-    const bool differs = by_state || by_inputs;
-    double now[SCENE_PARAMETERS_MAX], then[SCENE_PARAMETERS_MAX];
-    if (rod->open.memory_count == 0) {
-        return reduced_step_linear(rod, t, h, state, inputs, after, next, by_state, by_inputs,
-                                   error);
-    }
-    remember(rod, h, state, inputs, after, differs, now, then);
-    const ad_status status =
-        step_linear(rod, t, h, state, now, then, differs, rod->open.memory_count, error);
-    if (status == AD_OK) {
-        give_state(rod, next);
-        memcpy(next + reduced_states(rod), then + scene_given_count(&rod->open),
-               (size_t)rod->open.memory_count * sizeof *next);
-    }
-    if (status == AD_OK && differs) {
-        give_whole(rod, by_state, by_inputs);
     }
     return status;
 }

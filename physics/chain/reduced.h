@@ -119,6 +119,13 @@ ad_status reduced_step_whole(reduced_rod *rod, double t, double h, const double 
                              const double *inputs, const double *after, double *next,
                              double *by_state, double *by_inputs, ad_error *error);
 
+/* The same along `count` directions, all states and inputs together at most. change [all states +
+ * inputs][count] is how the whole state before the step changes, and inputs at both of its ends;
+ * rows of inputs with a memory are not read. Rows of the state become those after it. */
+ad_status reduced_step_along(reduced_rod *rod, double t, double h, const double *state,
+                             const double *inputs, const double *after, double *next, int count,
+                             double *change, ad_error *error);
+
 /* places [count]; by_state (or NULL) [count][12][2 modes]: derivatives by modes and their rates of
  * position, turn (the rotation vector in the world by which the place turns), velocity, and angular
  * velocity in the body frame. */

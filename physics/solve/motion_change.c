@@ -24,14 +24,20 @@ struct motion_change {
     double *times;   /* [count] ascending, s */
     double *values;  /* [parameters] */
     double *states;  /* [count][STATES][size] */
-    double *changes; /* [count][2 size][parameters] */
+    double *changes; /* [count][moving][parameters] */
     double *state;   /* [STATES][size] as it goes, and */
-    double *change;  /* [2 size + parameters][parameters] how it changes */
+    double *change;  /* [moving + parameters][parameters] how it changes: of q, v and branches */
     double *trial;   /* [STATES][size], and room [2][size] behind it */
     modes_linear room;
     ad_memory memory;
     long steps;
 };
+
+/* Numbers of a state that change. */
+static size_t moving(const motion_change *x)
+{
+    return 2 * (size_t)x->m->size + (size_t)x->m->branch.count;
+}
 
 void motion_change_free(motion_change *x)
 {
@@ -133,11 +139,11 @@ static ad_status begin(motion_change *x, int parameter, double by, double *state
 /* The start, and how it changes. */
 static ad_status begin_change(motion_change *x, ad_error *error)
 {
-    const size_t size = (size_t)x->m->size, p = (size_t)x->m->inputs;
+    const size_t size = (size_t)x->m->size, p = (size_t)x->m->inputs, rows = moving(x);
     ad_status status = AD_OK;
-    memset(x->change, 0, (2 * size + p) * p * sizeof *x->change);
+    memset(x->change, 0, (rows + p) * p * sizeof *x->change);
     for (size_t k = 0; k < p && status == AD_OK; k++) {
-        x->change[(2 * size + k) * p + k] = 1;
+        x->change[(rows + k) * p + k] = 1;
         for (int side = -1; side <= 1 && status == AD_OK; side += 2) {
             status = begin(x, (int)k, side * x->m->input_step[k], x->trial, error);
             for (size_t i = 0; i < 2 * size && status == AD_OK; i++) {
@@ -162,9 +168,11 @@ static ad_status go_on(motion_change *x, collocation *by, double *room, double *
         status = at(x, from, -1, 0, error);
         status = status == AD_OK ? collocation_next(by, t, end, tolerance, q, v, d, &unused, error)
                                  : status;
-        status = status == AD_OK ? collocation_along(by, from, *t - from, x->m->inputs, x->trial,
-                                                     x->trial + size, room, x->change, error)
-                                 : status;
+        status = status == AD_OK
+                     ? collocation_along(by, from, *t - from, x->values, NULL,
+                                         (collocation_ends){0, 0}, x->trial, x->trial + size,
+                                         x->trial + 2 * size, x->m->inputs, room, x->change, error)
+                     : status;
         x->steps++;
     }
     return status;
@@ -173,7 +181,7 @@ static ad_status go_on(motion_change *x, collocation *by, double *room, double *
 /* Through all times, with a stop at each and at each instant that no step may pass. */
 static ad_status go(motion_change *x, const asked *of, double tolerance, ad_error *error)
 {
-    const size_t size = (size_t)x->m->size, p = (size_t)x->m->inputs;
+    const size_t size = (size_t)x->m->size, p = (size_t)x->m->inputs, rows = moving(x);
     const double unit = x->rod->scales.time;
     collocation *by = NULL;
     double t = 0;
@@ -181,7 +189,7 @@ static ad_status go(motion_change *x, const asked *of, double tolerance, ad_erro
     ad_status status = begin_change(x, error);
     status = status == AD_OK ? collocation_create(x->m, MODES_MOTION_STAGES, &by, error) : status;
     double *room =
-        status == AD_OK ? malloc(collocation_along_room(by, x->m->inputs) * sizeof *room) : NULL;
+        status == AD_OK ? malloc(collocation_along_room(by, 0, x->m->inputs) * sizeof *room) : NULL;
     if (status == AD_OK && !room) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for derivatives of a step");
     }
@@ -192,7 +200,7 @@ static ad_status go(motion_change *x, const asked *of, double tolerance, ad_erro
         status =
             status == AD_OK ? go_on(x, by, room, &t, x->times[i] / unit, tolerance, error) : status;
         memcpy(x->states + i * STATES * size, x->state, STATES * size * sizeof *x->state);
-        memcpy(x->changes + i * 2 * size * p, x->change, 2 * size * p * sizeof *x->change);
+        memcpy(x->changes + i * rows * p, x->change, rows * p * sizeof *x->change);
     }
     free(room);
     collocation_free(by);
@@ -204,9 +212,9 @@ static ad_status allocate(motion_change *x, ad_error *error)
     const size_t size = (size_t)x->m->size, p = (size_t)x->m->inputs;
     const size_t square = size * (size_t)x->m->width;
     AD_TAKE(x, states, x->count * STATES * size);
-    AD_TAKE(x, changes, x->count * 2 * size * p);
+    AD_TAKE(x, changes, x->count * moving(x) * p);
     AD_TAKE(x, state, STATES * size);
-    AD_TAKE(x, change, (2 * size + p) * p);
+    AD_TAKE(x, change, (moving(x) + p) * p);
     AD_TAKE(x, trial, (STATES + 2) * size);
     AD_TAKE(x, room.q, size);
     AD_TAKE(x, room.v, size);
@@ -238,9 +246,6 @@ static ad_status solve(const asked *of, const modes_counts *counts, double toler
         memcpy(x->values, of->parameters, p * sizeof *x->values);
         memcpy(x->times, of->times, of->count * sizeof *x->times);
         status = modes_create_open(&x->family, true, counts, FINER, &x->rod, &x->m, error);
-    }
-    if (status == AD_OK && x->m->branch.count > 0) {
-        status = refuse(error, "a material with a Maxwell branch");
     }
     status = status == AD_OK ? allocate(x, error) : status;
     return status == AD_OK ? go(x, of, tolerance, error) : status;
@@ -411,12 +416,14 @@ static ad_status see_beside(const motion_change *x, size_t which, size_t paramet
 {
     const size_t size = (size_t)x->m->size, p = (size_t)x->m->inputs;
     const double *state = x->states + which * STATES * size;
-    const double *change = x->changes + which * 2 * size * p;
+    const double *change = x->changes + which * moving(x) * p;
     ad_status status = AD_OK;
     for (size_t side = 0; side < 2 && status == AD_OK; side++) {
         const double by = side ? x->m->input_step[parameter] : -x->m->input_step[parameter];
-        for (size_t i = 0; i < STATES * size; i++) {
-            x->trial[i] = state[i] + (i < 2 * size ? by * change[i * p + parameter] : 0);
+        memcpy(x->trial, state, STATES * size * sizeof *state);
+        for (size_t i = 0; i < moving(x); i++) {
+            const size_t to = i < 2 * size ? i : 2 * size + (size_t)x->m->branch.mode[i - 2 * size];
+            x->trial[to] += by * change[i * p + parameter];
         }
         status = at(x, x->times[which] / x->rod->scales.time, (int)parameter, by, error);
         status = status == AD_OK ? modes_see(x->m, x->trial, x->trial + STATES * size, places,

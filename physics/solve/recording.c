@@ -32,8 +32,9 @@ struct solve_recording {
     size_t columns;
     /* Of solve_recording_change: so many last parameters, from `first` on; 0: values alone. */
     size_t count, first;
-    double *change[2]; /* [states][count] of the state, and room */
-    double *by_state, *by_inputs, *by_seen;
+    double *change; /* [states + parameters][count] of the state, and of parameters */
+    double *moved;  /* [states] */
+    double *by_seen;
 };
 
 void solve_inputs_at(const solve_inputs *inputs, int parameters, double t, size_t *at,
@@ -115,7 +116,7 @@ void solve_recording_free(solve_recording *recording)
         free(recording->rates[0]);
         free(recording->path);
         free(recording->seen);
-        free(recording->change[0]);
+        free(recording->change);
         free(recording);
     }
 }
@@ -228,28 +229,11 @@ static double beside(const solve_recording *x, size_t parameter, double value)
 static ad_status step(solve_recording *x, double h, const double *now, const double *after,
                       ad_error *error)
 {
-    const size_t n = (size_t)reduced_all_states(x->rod), m = (size_t)x->parameters,
-                 count = x->count;
     if (x->followed) {
         reduced_follow(x->rod, x->rates[0], x->rates[1]);
     }
-    ad_status status =
-        reduced_step_whole(x->rod, x->time, h, x->state, now, after, x->state,
-                           count ? x->by_state : NULL, count ? x->by_inputs : NULL, error);
-    for (size_t r = 0; r < n && status == AD_OK && count > 0; r++) {
-        double *to = x->change[1] + r * count;
-        memcpy(to, x->by_inputs + r * m + x->first, count * sizeof *to);
-        for (size_t c = 0; c < n; c++) {
-            const double by = x->by_state[r * n + c], *from = x->change[0] + c * count;
-            for (size_t i = 0; i < count; i++) {
-                to[i] += by * from[i];
-            }
-        }
-    }
-    if (count > 0) {
-        memcpy(x->change[0], x->change[1], n * count * sizeof(double));
-    }
-    return status;
+    return reduced_step_along(x->rod, x->time, h, x->state, now, after, x->state, (int)x->count,
+                              x->change, error);
 }
 
 /* A step from one time to another that has no sample between; two of half of it where Newton's
@@ -325,7 +309,7 @@ static ad_status begin(solve_recording *x, double *now, double *state, ad_error 
 static ad_status start_change(solve_recording *x, const double *now, ad_error *error)
 {
     const size_t n = (size_t)reduced_all_states(x->rod);
-    double moved[SCENE_PARAMETERS_MAX], *room = x->change[1];
+    double moved[SCENE_PARAMETERS_MAX], *room = x->moved;
     ad_status status = AD_OK;
     for (size_t i = 0; i < x->count && status == AD_OK; i++) {
         const double by = beside(x, x->first + i, now[x->first + i]);
@@ -334,7 +318,7 @@ static ad_status start_change(solve_recording *x, const double *now, ad_error *e
             moved[x->first + i] += side * by;
             status = begin(x, moved, room, error);
             for (size_t r = 0; r < n && status == AD_OK; r++) {
-                double *to = &x->change[0][r * x->count + i];
+                double *to = &x->change[r * x->count + i];
                 *to = side < 0 ? -room[r] / (2 * by) : *to + room[r] / (2 * by);
             }
         }
@@ -348,14 +332,14 @@ static ad_status look_beside(solve_recording *x, const double *now, size_t i, do
 {
     const size_t n = (size_t)reduced_states(x->rod),
                  memory = (size_t)reduced_all_states(x->rod) - n;
-    double moved[SCENE_PARAMETERS_MAX], *state = x->change[1];
+    double moved[SCENE_PARAMETERS_MAX], *state = x->moved;
     ad_status status = AD_OK;
     for (int side = 0; side < 2 && status == AD_OK; side++) {
         const double off = side ? by : -by;
         memcpy(moved, now, sizeof moved);
         moved[x->first + i] += off;
         for (size_t k = 0; k < memory; k++) {
-            state[n + k] = x->state[n + k] + off * x->change[0][(n + k) * x->count + i];
+            state[n + k] = x->state[n + k] + off * x->change[(n + k) * x->count + i];
         }
         reduced_remember(x->rod, state, moved);
         status = reduced_output(x->rod, x->time, x->state, moved,
@@ -374,7 +358,7 @@ static void change_place(const solve_recording *x, size_t place, size_t i, doubl
     for (size_t r = 0; r < ROWS; r++) {
         rows[r] = 0;
         for (size_t c = 0; c < n; c++) {
-            rows[r] += by[r * n + c] * x->change[0][c * x->count + i];
+            rows[r] += by[r * n + c] * x->change[c * x->count + i];
         }
     }
     const double half[4] = {0, rows[3] / 2, rows[4] / 2, rows[5] / 2}; /* q_t = (0, w) q / 2 */
@@ -472,17 +456,17 @@ ad_status solve_recording_change(solve_recording *x, const solve_inputs *inputs,
                                  ad_error *error)
 {
     const size_t n = (size_t)reduced_all_states(x->rod), m = (size_t)x->parameters;
-    free(x->change[0]);
+    free(x->change);
     x->count = count;
     x->first = m - count;
-    double *at = x->change[0] =
-        malloc((2 * n * (count + 1) + n * (n + m) + 12 * n * x->places) * sizeof *at);
+    double *at = x->change = calloc((n + m) * count + n + 12 * n * x->places + 1, sizeof *at);
     if (!at) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for derivatives of a motion");
     }
-    x->change[1] = at + n * (count + 1); /* a state, too */
-    x->by_state = x->change[1] + n * (count + 1);
-    x->by_inputs = x->by_state + n * n;
-    x->by_seen = x->by_inputs + n * m;
+    for (size_t i = 0; i < count; i++) {
+        at[(n + x->first + i) * count + i] = 1;
+    }
+    x->moved = at + (n + m) * count;
+    x->by_seen = x->moved + n;
     return run(x, inputs, parameters, parts, rows, t, places, values, by, error);
 }
