@@ -110,9 +110,14 @@ ad_status solve_trials_differentiate(solve_trials *trials, const double *values,
                                      const double *residuals, double *room, double *jacobian,
                                      size_t *solved, ad_error *error);
 
+/* Chooses nodes, modes and steps of time of motions anew at these values; what was chosen before
+ * stays where it is as many. `more`: whether some are more now. room [residuals]. */
+ad_status solve_trials_choose(solve_trials *trials, const double *values, double *room, bool *more,
+                              ad_error *error);
+
 /* Of motions by modes: by how much residuals change, rms, where there are two more of each that
- * there are any of; 0: there are no such motions. Later runs have them, too. NaN:
- * no solution with them. */
+ * there are any of, and twice as many steps between samples of inputs; 0: there are no such
+ * motions. Later runs have them, too. NaN: no solution with them. */
 ad_status solve_trials_reduction(solve_trials *trials, const double *values, double *rms,
                                  ad_error *error);
 

@@ -61,6 +61,39 @@ void solve_trials_choose_modes(const solve_trials *trials, size_t experiment,
     settings->tolerance *= trials->rough || trials->nodes[experiment] == 0 ? 1 : TRIALS_STEPS;
 }
 
+/* Of numbers of modes each by itself. */
+static double larger(bool packed, double a, double b)
+{
+    double most = 0;
+    for (int k = 0; k < 4 && packed; k++) {
+        const double unit = pow(PACKED, k);
+        most += unit * fmax(fmod(floor(a / unit), PACKED), fmod(floor(b / unit), PACKED));
+    }
+    return packed ? most : fmax(a, b);
+}
+
+ad_status solve_trials_choose(solve_trials *trials, const double *values, double *room, bool *more,
+                              ad_error *error)
+{
+    const size_t count = trials->experiments, bytes = count * sizeof *trials->nodes;
+    double *before = trials->nodes ? malloc(bytes) : NULL;
+    *more = false;
+    if (!before) {
+        return trials->nodes ? ad_fail(error, AD_NO_MEMORY, "out of memory") : AD_OK;
+    }
+    memcpy(before, trials->nodes, bytes);
+    memset(trials->nodes, 0, bytes);
+    const ad_status status = solve_trials_run(trials, 1, values, false, room, error);
+    for (size_t i = 0; i < count; i++) {
+        const bool packed = trials->moves && !trials->row[trials->first[i]].inputs;
+        const double most = larger(packed, before[i], trials->nodes[i]);
+        *more = *more || (before[i] > 0 && most > before[i]);
+        trials->nodes[i] = most;
+    }
+    free(before);
+    return status;
+}
+
 ad_status solve_trials_reduction(solve_trials *trials, const double *values, double *rms,
                                  ad_error *error)
 {
@@ -73,6 +106,9 @@ ad_status solve_trials_reduction(solve_trials *trials, const double *values, dou
     }
     ad_status status = solve_trials_run(trials, 1, values, false, room, error);
     status = status == AD_OK ? solve_trials_record(trials, MORE, error) : status;
+    for (size_t e = 0; e < trials->experiments; e++) {
+        trials->nodes[e] *= trials->row[trials->first[e]].inputs ? 2 : 1;
+    }
     status =
         status == AD_OK ? solve_trials_run(trials, 1, values, false, room + count, error) : status;
     for (size_t i = 0; i < count && status == AD_OK; i++) {

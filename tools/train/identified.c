@@ -178,9 +178,9 @@ void identified_verdict(const identified *identified, const scene *open, verdict
     }
     if (!(identified->reduction <= REDUCED)) {
         verdict_add(to, VERDICT_ESTIMATE_ABOVE_TOLERANCE,
-                    "more modes of the reduced rod change what was measured by %.2g of its noise, "
-                    "rms, so that values are off by more than their deviations; give more of them "
-                    "(--method modes --modes)",
+                    "more modes of the reduced rod and shorter steps change what was measured by "
+                    "%.2g of its noise, rms, so that values are off by more than their deviations; "
+                    "give more modes (--method modes --modes) or inputs at more instants",
                     identified->reduction);
     }
     judge_untold(identified, open, to);

@@ -30,9 +30,13 @@ static const double SETTLED = 1e-4, STUCK = 1e-2, ROUGHLY = 0.25;
  * measured are those of the solutions alone. */
 static const double AS_GOOD = 9, APART = 5, EXACT = 1e-6;
 
+/* So often a descent begins once more from where it ended. */
+static const double AGAIN_MOST = 3;
+
 typedef struct descent {
     double z[MAX], chi_squared, steps;
     double converged; /* 0, 1 */
+    double again;     /* so often it has begun once more */
 } descent;
 
 /* Starts from where the residuals are smallest within some distance, each time, which finds all
@@ -188,16 +192,15 @@ static int sum(void *context, const double *y, double *value, least_squares *to)
     return code;
 }
 
-/* By how much a step would lower chi squared, of numbers of this variance: with the damping that
- * keeps steps along what is not measured within the range. */
-static double promised(search *search, double variance)
+/* By how much a step would lower chi squared: with a damping that keeps steps along what is not
+ * measured within the range. */
+static double promised(search *search, double damping, double *step)
 {
-    static const double DAMPING = 1.0 / 16; /* (dz/dy)^2 in the middle of a range */
-    double ones[MAX], step[MAX], sum = 0;
+    double ones[MAX], sum = 0;
     for (int i = 0; i < search->count; i++) {
         ones[i] = 1;
     }
-    if (least_squares_solve(&search->ls, DAMPING * variance, ones, step) != 0) {
+    if (least_squares_solve(&search->ls, damping, ones, step) != 0) {
         return INFINITY;
     }
     for (int i = 0; i < search->count; i++) {
@@ -257,7 +260,9 @@ static ad_status begin(void *context, double *y, ad_error *error)
     (void)error;
     search->ls.fit.windows = windows_of(all);
     search->counted = solve_trials_thin(search->trials, (size_t)all->every);
-    *end_at_work(search) = (descent){.chi_squared = INFINITY};
+    *end_at_work(search) = (descent){.chi_squared = INFINITY,
+                                     .steps = search->ls.again ? end_at_work(search)->steps : 0,
+                                     .again = search->ls.again ? end_at_work(search)->again : 0};
     all->ends = search->ls.fit.at.window + 1 - all->few_ends;
     for (int i = 0; i < search->count; i++) {
         y[i] = logit(fmin(1 - EDGE, fmax(EDGE, all->from[i])));
@@ -270,8 +275,65 @@ static ad_status begin(void *context, double *y, ad_error *error)
     return AD_OK;
 }
 
+/* Towards the ends of a range y goes on for ever and chi squared by y is flat, though by the range
+ * it may fall again, inwards. Then `from` is a place on the way where it is less. z is given. */
+static bool leads_inward(search *search, const double *z, double chi_squared, double variance)
+{
+    enum { HALVED_MOST = 6 };
+    double step[MAX], y[MAX], now = INFINITY, *from = search->all.from;
+    const size_t n = (size_t)search->count;
+    bool at_end = false;
+    for (size_t i = 0; i < n; i++) {
+        y[i] = logit(z[i]);
+        at_end = at_end || z[i] < EDGE || z[i] > 1 - EDGE;
+    }
+    if (!at_end || evaluate(search, y, &now) != OPTIM_OBJECTIVE_OK ||
+        differentiate(search, z) != OPTIM_OBJECTIVE_OK) {
+        return false;
+    }
+    multiply(search, NULL);
+    for (size_t i = 0; i < n; i++) {
+        const double by = search->ls.jtr[i];
+        for (size_t k = 0; k < n && ((z[i] < EDGE && by > 0) || (z[i] > 1 - EDGE && by < 0)); k++) {
+            search->ls.jtj[i * n + k] = search->ls.jtj[k * n + i] = search->ls.jtr[i] = 0;
+        }
+    }
+    bool leads = promised(search, variance, step) > variance, less = false;
+    for (int halved = 0; leads && !less && halved < HALVED_MOST; halved++) {
+        for (size_t i = 0; i < n; i++) {
+            from[i] = fmin(1 - EDGE, fmax(EDGE, z[i] + ldexp(step[i], -halved)));
+            y[i] = logit(from[i]);
+        }
+        leads = evaluate(search, y, &now) != OPTIM_OBJECTIVE_STOP;
+        less = leads && now < chi_squared;
+    }
+    return less;
+}
+
+/* A descent that has ended begins once more where its motions need more modes or smaller steps of
+ * time than those they were begun with, and where it ended on the flat way to an end of a range. */
+static ad_status look_again(search *search, descent *at, double variance, ad_error *error)
+{
+    double values[MAX];
+    bool finer = false, inward = false;
+    values_of(search, at->z, values);
+    const ad_status status =
+        solve_trials_choose(search->trials, values, search->room, &finer, error);
+    if (status == AD_OK && finer) {
+        memcpy(search->all.from, at->z, sizeof at->z);
+    } else if (status == AD_OK) {
+        inward = leads_inward(search, at->z, at->chi_squared, variance);
+    }
+    search->ls.again = (finer || inward) && at->again < AGAIN_MOST;
+    at->again += search->ls.again;
+    at->converged = finer || inward ? 0 : at->converged;
+    return status == AD_OK && search->error.status != AD_OK ? stopped(search, error) : status;
+}
+
 static ad_status judge(void *context, optim_status status, ad_error *error)
 {
+    static const double DAMPING = 1.0 / 16; /* (dz/dy)^2 in the middle of a range */
+    double step[MAX];
     search *search = context;
     descent *at = end_at_work(search);
     if (status == OPTIM_STOPPED_BY_OBJECTIVE) {
@@ -282,17 +344,18 @@ static ad_status judge(void *context, optim_status status, ad_error *error)
     const double variance = variance_of(search, chi_squared);
     at->steps++;
     const bool kinked = at->steps > KINKED && at->chi_squared - chi_squared < variance * STUCK;
-    at->converged =
-        status == OPTIM_FUNCTION_TOLERANCE || status == OPTIM_GRADIENT_TOLERANCE ||
-        promised(search, variance) < variance * (search->all.every > 1 || kinked ? ROUGHLY
-                                                 : status != OPTIM_RUNNING       ? STUCK
-                                                                                 : SETTLED);
+    at->converged = status == OPTIM_FUNCTION_TOLERANCE || status == OPTIM_GRADIENT_TOLERANCE ||
+                    promised(search, DAMPING * variance, step) <
+                        variance * (search->all.every > 1 || kinked ? ROUGHLY
+                                    : status != OPTIM_RUNNING       ? STUCK
+                                                                    : SETTLED);
     at->chi_squared = isfinite(chi_squared) ? chi_squared : INFINITY;
     for (int i = 0; i < search->count; i++) {
         at->z[i] = part_of(optim_x(by)[i]);
     }
     search->ls.fit.reason = at->converged != 0 ? "converged" : NULL;
-    return AD_OK;
+    const bool ends = at->converged != 0 || status != OPTIM_RUNNING;
+    return ends && isfinite(chi_squared) ? look_again(search, at, variance, error) : AD_OK;
 }
 
 static bool is_explained(const search *search, const descent *found)

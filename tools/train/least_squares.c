@@ -90,6 +90,7 @@ static ad_status start(void *of, ad_error *error)
     optim_free(ls->by);
     ls->by = ls->fit.by = NULL;
     const ad_status status = ls->begin(ls->context, ls->start, error);
+    ls->again = false;
     if (status == AD_OK) {
         ls->by = optim_create(ls->count, ls->start, &ls->settings->stages[0].optim, &why);
         ls->fit.by = ls->by;
@@ -122,7 +123,8 @@ static double trained(const void *of, size_t row)
 
 static ad_status end(void *of, optim_status status, bool *again, ad_error *error)
 {
-    (void)of, (void)status, (void)again, (void)error;
+    (void)status, (void)error;
+    *again = ((const least_squares *)of)->again;
     return AD_OK;
 }
 

@@ -18,7 +18,8 @@ struct least_squares {
     /* x[count] where the descent fit.at.window begins. */
     ad_status (*begin)(void *context, double *x, ad_error *error);
     /* After a step that ended with this status, before it counts: looks at optim_x(by), and may set
-     * fit.held_out, fit.error and fit.reason. */
+     * fit.held_out, fit.error and fit.reason. Of a step that is the last `again` has the descent
+     * begin once more, where begin says, which sees it. */
     ad_status (*judge)(void *context, optim_status status, ad_error *error);
     /* fit_kind; NULL: all descents are made. */
     ad_status (*turn)(void *context, ad_error *error);
@@ -33,7 +34,8 @@ struct least_squares {
     ad_pool *pool;     /* of one thread */
     ad_dense_factor *factor;
     optim_optimizer *by; /* of the descent at work */
-    double *start;       /* [count] */
+    bool again;
+    double *start; /* [count] */
     train_settings *settings;
     fit fit;
     ad_memory memory;
