@@ -97,7 +97,9 @@ said stdout.txt '^  bending.csv +4 +[0-9.]+e-(09|10|11|12) .* held out$'
 # ---- cpinn-solve --members ------------------------------------------------------------------------
 
 refused 'no family' cpinn-solve "$elastica" --members members.csv --out z.csv
-refused 'allowed: of a family at rest' cpinn-solve "$ROOT/configs/families/ramp.yaml" --members members.csv --out z.csv
+printf 'force\n0.5\n' >forces.csv
+run 0 cpinn-solve "$ROOT/configs/families/ramp.yaml" --members forces.csv --derivatives --grid 3x2 --out motions.csv
+check derivatives of members in motion -- grep -q '^member,s,t,x,.*,w3_by_force$' motions.csv
 refused '^cpinn-solve: --members: allowed beside it' cpinn-solve "$scene" --members members.csv --at gx=1 --out z.csv
 refused 'nothing would be written' cpinn-solve "$scene" --members members.csv
 refused '^cpinn-solve: --derivatives: allowed: of --members' cpinn-solve "$elastica" --derivatives

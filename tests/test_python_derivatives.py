@@ -137,6 +137,40 @@ for k, (low, high) in enumerate(ramp.ranges.values()):
     assert (numpy.abs(differences - found.jacobian[..., k]).max(axis=(0, 1)) <=
             1e-5 * size + 1e-8).all()  # h^2, and rounding over h
 
+# Of members in motion without a network: they go forward with the steps of time. Modes and their
+# steps are chosen for each solution, to a tolerance of 1e-5 over a step of 1e-3.
+swing = """
+parameters: {soft: {range: [0.5, 2]}, push: {range: [0, 1]}}
+rod:
+  model: kirchhoff
+  length: 0.3
+  material: {youngs_modulus: "2e5*soft", poissons_ratio: 0.4, density: 1000, relaxation_time: 0.02}
+  section: {shape: circle, radius: 0.01}
+boundary: {start: {type: clamped}}
+loads: {gravity: [0, 0, -9.81], tip: {force: [0, "0.02*push*sin(20*t)", 0]}}
+time: {duration: 0.4}
+"""
+with open("swing.yaml", "w") as file:
+    file.write(swing)
+swings = cpinn.Members("swing.yaml", [0.15, 0.3, 0.15, 0.3], t=[0.1, 0.1, 0.4, 0.4], tolerance=1e-5,
+                       threads=2)
+member = numpy.array([[1, 0.5], [1.5, 0.2]])
+swung = swings.jacobian(member)
+assert swings.columns[-1] == "w3" and swung.jacobian.shape == (2, 4, 25, 2)
+assert swung.answers["trusted"].all() and swings.words(swung.answers) == [("solver", "none")] * 2
+assert numpy.array_equal(swung.values, swings.solve(member).values)
+for k in range(2):
+    move = 1e-3 * numpy.eye(2)[k]
+    differences = (swings.solve(member + move).values - swings.solve(member - move).values) / 2e-3
+    off = numpy.abs(differences - swung.jacobian[..., k]).max(axis=(0, 1))
+    assert (off <= 1e-3 * numpy.abs(swung.jacobian[..., k]).max(axis=(0, 1)) + 1e-9).all(), (k, off)
+raises(ValueError, "tips of a robot in motion", swings.reach, [[0, 0, 0.2]])
+with open("sudden.yaml", "w") as file:
+    file.write(swing.replace("push*sin(20*t)", "where(t-0.1*push, 1, 0)"))
+sudden = cpinn.Members("sudden.yaml", 0.3, t=0.4)
+assert sudden.solve(member).answers["trusted"].all()
+raises(ValueError, "the parameter push moves an instant", sudden.jacobian, member)
+
 # PyTorch.
 try:
     import torch
@@ -163,6 +197,9 @@ else:
     cpinn.torch.family_function(members)(solved)[:, -1, 2].sum().backward()
     assert numpy.array_equal(solved.grad.numpy(), members.jacobian(at).jacobian[:, -1, 2])
     solved.grad = None
+    moved = torch.tensor(member, requires_grad=True)
+    cpinn.torch.family_function(swings)(moved)[:, -1, 20].sum().backward()  # a velocity
+    assert numpy.array_equal(moved.grad.numpy(), swung.jacobian[:, -1, 20])
     cpinn.torch.family_function(carrying)(solved)[:, 2, 17].sum().backward()  # a moment
     assert numpy.array_equal(solved.grad.numpy(), carried.jacobian[::40, 2, 17])
 
@@ -192,3 +229,5 @@ else:
     alone = cpinn.jax.family_function(members)
     back = jax.grad(lambda at: alone(at)[:, -1, 2].sum())(at)
     assert numpy.allclose(back, members.jacobian(at).jacobian[:, -1, 2], rtol=1e-12, atol=0)
+    back = jax.grad(lambda at: cpinn.jax.family_function(swings)(at)[:, -1, 1].sum())(member)
+    assert numpy.allclose(back, swung.jacobian[:, -1, 1], rtol=1e-12, atol=0)

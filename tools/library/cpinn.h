@@ -263,8 +263,9 @@ void cpinn_family_free(cpinn_family *family);
 
 /* A family of the file's scene without a network. The solver of members answers, to a tolerance of
  * the position over the length (0: CPINN_TOLERANCE). What it does not solve is left to the other
- * one, unless that is to be left alone. AD_BAD_ARGUMENT as above, and a scene that the solver
- * of members does not take; AD_BAD_INPUT, AD_IO, AD_NO_MEMORY. */
+ * one, unless that is to be left alone. Rods in motion are left to solution_create (0: the
+ * tolerance of solve_settings_default). AD_BAD_ARGUMENT as above, and a scene at rest, or of a
+ * beam, that the solver of members does not take; AD_BAD_INPUT, AD_IO, AD_NO_MEMORY. */
 ad_status cpinn_family_file(const char *path, int count, const char *const *overrides,
                             double tolerance, const cpinn_family_settings *settings,
                             cpinn_family **result, ad_error *error);
@@ -306,7 +307,9 @@ ad_status cpinn_family_evaluate(cpinn_family *family, const cpinn_polish *polish
  * [parameters] in SI units. At rest, where the solver of members takes the scene, they are those of
  * the equilibrium of the answer (solve_members_forces), also of one that is solved. They are not
  * numbers where only solution_create finds the equilibrium, and a step on the mesh of members leads
- * away from it. Of other scenes they are those of the network. AD_BAD_ARGUMENT: as above. */
+ * away from it. Of motions without a network they are those of physics/solve/motion_change.h; an
+ * answer is not trusted where they are not as exact as that allows. Of other scenes they are those
+ * of the network. AD_BAD_ARGUMENT: as above, and motions that have no derivatives. */
 ad_status cpinn_family_jacobian(cpinn_family *family, size_t members, const double *parameters,
                                 double *values, double *jacobian, cpinn_answer *answers,
                                 ad_error *error);

@@ -1,9 +1,9 @@
-/* Answers for members of a family: the network's, polished, with their errors, or the solver's. */
+/* Answers for members of a family: the network's, polished, with their errors, or those of solvers.
+ */
 #include "tools/library/trained_family.h"
 
 #include "autodiff/host.h"
 #include "physics/numerics/distance.h"
-#include "physics/solve/solve.h"
 #include "tools/library/member_code.h"
 
 #include <assert.h>
@@ -172,22 +172,7 @@ static ad_status answer_by_network(cpinn_family *family, int steps, bool keeps, 
                : status;
 }
 
-/* ---- nothing ------------------------------------------------------------------------------- */
-
-static void put_nothing(size_t numbers, double *values)
-{
-    for (size_t i = 0; i < numbers; i++) {
-        values[i] = NAN;
-    }
-}
-
-static void say_nothing(cpinn_answer *answer, cpinn_reason reason)
-{
-    answer->source = CPINN_FROM_NOTHING;
-    answer->reason = reason;
-    answer->trusted = false;
-    answer->error = NAN;
-}
+/* ---- outside of the range ------------------------------------------------------------------ */
 
 static bool passes_checks(const scene *one)
 {
@@ -209,154 +194,14 @@ static void look_outside(const cpinn_family *family, size_t members, const doubl
             scene one;
             scene_member(&family->open, given, &one);
             if (!passes_checks(&one)) {
-                put_nothing(width, values + i * width);
-                say_nothing(&answers[i], CPINN_REASON_REFUSED);
+                cpinn_family_say_nothing(family, CPINN_REASON_REFUSED, values + i * width,
+                                         &answers[i]);
             }
         }
     }
 }
 
-/* ---- the solver's answers ------------------------------------------------------------------ */
-
-/* The shape in `values` [points][columns], by the solver's columns. */
-static ad_status put_solution(const cpinn_family *family, const solution *found, double *values,
-                              ad_error *error)
-{
-    double *room = malloc((family->points * (size_t)family->columns + 1) * sizeof *room);
-    ad_status status =
-        room ? solution_evaluate(found, family->columns, family->points, family->s, family->t, room,
-                                 error)
-             : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", family->points);
-    for (size_t i = 0; i < family->points && status == AD_OK; i++) {
-        for (int c = 0; c < family->columns; c++) {
-            values[i * (size_t)family->columns + (size_t)c] = room[(size_t)c * family->points + i];
-        }
-    }
-    free(room);
-    return status;
-}
-
-/* Its curvature [numbers] as the solver of members is given it. */
-static ad_status put_curvature(const cpinn_family *family, const solution *found, const scene *one,
-                               double *curvature, ad_error *error)
-{
-    enum {
-        FIRST = 10,
-        TORSION = 20
-    }; /* of the columns of a solution: u, and m of the first tube */
-    const size_t nodes = family->nodes, width = family->numbers / (nodes + (nodes == 0));
-    const int columns = solution_columns(one);
-    const double unit = solve_members_torsion(family->solver);
-    double *s = malloc((1 + (size_t)columns) * (nodes + 1) * sizeof *s), *values = s + nodes;
-    ad_status status = s ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for derivatives");
-    if (status == AD_OK) {
-        solve_members_places(family->solver, s);
-        status = solution_evaluate(found, columns, nodes, s, NULL, values, error);
-    }
-    for (size_t i = 0; i < family->numbers && status == AD_OK; i++) {
-        const size_t node = i / width, k = i % width;
-        const double growth = one->rod.growth.is_given ? scene_growth_at(one, s[node], 0) : 1;
-        curvature[i] = k < 3 ? growth * values[(FIRST + k) * nodes + node]
-                             : values[(TORSION + 2 * (k - 3)) * nodes + node] / unit;
-    }
-    free(s);
-    return status;
-}
-
-static ad_status solve_one(const cpinn_family *family, const double *parameters, double *values,
-                           double *curvature, cpinn_answer *answer, ad_error *error)
-{
-    scene one;
-    solution *found = NULL;
-    solve_report report;
-    scene_member(&family->open, parameters, &one);
-    solve_settings settings = solve_settings_default(&one);
-    settings.tolerance = fmin(settings.tolerance, family->tolerance);
-    const bool moves = scene_is_dynamic(&one);
-    ad_status status = solution_create(&one, &settings, moves ? family->points : 0, family->t,
-                                       &found, &report, error);
-    if (status == AD_NO_MEMORY || status == AD_NO_BLAS) {
-        return status;
-    }
-    if (status != AD_OK || (!moves && report.load_fraction != 1)) {
-        put_nothing(family->points * (size_t)family->columns, values);
-        say_nothing(answer, CPINN_REASON_NO_EQUILIBRIUM);
-        status = AD_OK;
-    } else {
-        verdict said = {.count = 0};
-        solution_verdict(found, &one, &settings, &report, &said);
-        answer->source = CPINN_FROM_SOLVER;
-        answer->trusted = verdict_outcome_of(&said) == VERDICT_SOLVED;
-        answer->reason = answer->trusted ? answer->reason : CPINN_REASON_WARNING;
-        answer->error = report.estimate * (scene_is_beam(&one) ? report.size : family->length);
-        status = put_solution(family, found, values, error);
-        if (status == AD_OK && curvature) {
-            status = put_curvature(family, found, &one, curvature, error);
-        }
-    }
-    solution_free(found);
-    return status;
-}
-
-typedef struct solving {
-    const cpinn_family *x;
-    const size_t *which;
-    const double *parameters; /* of all members */
-    double *values;           /* of those that are solved, one after the other, as `answers`, */
-    double *curvature;        /* and this, NULL: nobody asks */
-    cpinn_answer *answers;
-} solving;
-
-static ad_status solve_item(void *context, int item, int thread, ad_error *error)
-{
-    const solving *of = context;
-    const size_t k = (size_t)item, width = of->x->points * (size_t)of->x->columns;
-    (void)thread;
-    return solve_one(
-        of->x, of->parameters + of->which[k] * (size_t)of->x->count, of->values + k * width,
-        of->curvature ? of->curvature + k * of->x->numbers : NULL, of->answers + k, error);
-}
-
-ad_status cpinn_family_solve(const cpinn_family *family, size_t count, const size_t *which,
-                             const double *parameters, double *values, double *curvature,
-                             cpinn_answer *answers, ad_error *error)
-{
-    if (count == 0) {
-        return AD_OK;
-    }
-    const size_t width = family->points * (size_t)family->columns, bytes = width * sizeof *values;
-    const size_t bent = family->numbers * sizeof *curvature;
-    solving of = {.x = family,
-                  .which = which,
-                  .parameters = parameters,
-                  .values = malloc(count * bytes + 1),
-                  .curvature = curvature ? malloc(count * bent + 1) : NULL,
-                  .answers = malloc((count + 1) * sizeof *answers)};
-    const ad_dealt made[] = {{of.values, bytes, count * bytes},
-                             {of.answers, sizeof *answers, count * sizeof *answers},
-                             {of.curvature, bent, count * bent}};
-    ad_status status = of.values && of.answers && (of.curvature || !curvature)
-                           ? AD_OK
-                           : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu members", count);
-    for (size_t k = 0; k < count && status == AD_OK; k++) {
-        of.answers[k] = answers[which[k]];
-    }
-    if (status == AD_OK) {
-        status =
-            ad_pool_deal(family->pool, (int)count, solve_item, &of, curvature ? 3 : 2, made, error);
-    }
-    for (size_t k = 0; k < count && status == AD_OK; k++) {
-        answers[which[k]] = of.answers[k];
-        memcpy(values + which[k] * width, of.values + k * width, bytes);
-        if (curvature) {
-            memcpy((char *)curvature + which[k] * bent, (char *)of.curvature + k * bent, bent);
-        }
-    }
-    free(of.values);
-    free(of.curvature);
-    free(of.answers);
-    return status;
-}
+/* ---- answers that are solved --------------------------------------------------------------- */
 
 /* Whether a network's answer is to be solved instead: not where the scene is none. */
 static bool is_wanting(const cpinn_family *family, int steps, cpinn_answer *answer)
@@ -439,10 +284,18 @@ static cpinn_answer answer_solved(const cpinn_family *family, const solve_member
                           .trusted = solved->solved};
 }
 
+/* Of a family that the solver of members does not take there are none yet. */
 static ad_status answer_by_members(cpinn_family *family, bool keeps, size_t members,
                                    const double *parameters, double *values, cpinn_answer *answers,
                                    ad_error *error)
 {
+    for (size_t i = 0; i < members && family->solves_all; i++) {
+        answers[i] = (cpinn_answer){
+            .error = NAN, .network_error = NAN, .source = CPINN_FROM_NOTHING, .trusted = false};
+    }
+    if (family->solves_all) {
+        return AD_OK;
+    }
     const ad_status status =
         solve_members_curvature(family->solver, members, parameters, values,
                                 keeps ? family->curvature : NULL, family->solved, error);
@@ -514,7 +367,7 @@ static ad_status differentiate(cpinn_family *family, bool wanted, size_t members
                             family->curvature + i * unknowns, &met, error);
         }
         if (!met) {
-            put_nothing(unknowns, family->curvature + i * unknowns);
+            cpinn_put_nothing(unknowns, family->curvature + i * unknowns);
         }
     }
     return status == AD_OK
@@ -531,7 +384,7 @@ static ad_status answer_chunk(cpinn_family *family, const cpinn_polish *polish, 
 {
     const int steps = answers ? polish->steps : 0;
     const bool keeps = jacobian || wanted;
-    const bool solves = answers && family->solver && !polish->alone;
+    const bool solves = family->solves_all || (answers && family->solver && !polish->alone);
     const bool by_code = !wanted && answer_by_code(family, false, steps, members, parameters,
                                                    values, jacobian, answers);
     ad_status status =
@@ -547,7 +400,11 @@ static ad_status answer_chunk(cpinn_family *family, const cpinn_polish *polish, 
         status = solve_wanting(family, steps, keeps, members, parameters, values, answers, error);
     }
     if (status == AD_OK && solves) {
-        status = solve_rest(family, keeps, members, parameters, values, answers, error);
+        status = solve_rest(family, keeps && family->solver, members, parameters, values, answers,
+                            error);
+    }
+    if (status == AD_OK && keeps && family->solves_all) {
+        return cpinn_family_change(family, members, parameters, jacobian, answers, error);
     }
     return status == AD_OK && keeps && family->solver && !by_code
                ? differentiate(family, wanted, members, parameters, answers, jacobian, error)
@@ -609,7 +466,9 @@ static ad_status answer_all(cpinn_family *family, const cpinn_polish *polish, bo
         const double *given = parameters + first * count;
         double *to = values + first * width,
                *slopes = jacobian ? jacobian + first * width * count : NULL;
-        cpinn_answer *said = answers ? answers + first : NULL;
+        cpinn_answer *said = answers              ? answers + first
+                             : family->solves_all ? family->unasked
+                                                  : NULL;
         status = forces ? answer_with_forces(family, polish, now, given, to, slopes, said, error)
                         : answer_chunk(family, polish, false, now, given, to, slopes, said, error);
     }
@@ -637,8 +496,8 @@ ad_status cpinn_family_margin(cpinn_family *family, size_t members, const double
     const size_t count = (size_t)family->count;
     ad_status status = AD_OK;
     if (!family->solver) {
-        put_nothing(SOLVE_MARGINS * members, margin);
-        put_nothing(by ? SOLVE_MARGINS * members * count : 0, by);
+        cpinn_put_nothing(SOLVE_MARGINS * members, margin);
+        cpinn_put_nothing(by ? SOLVE_MARGINS * members * count : 0, by);
         return AD_OK;
     }
     for (size_t first = 0; first < members && status == AD_OK; first += family->chunk) {

@@ -31,7 +31,8 @@ typedef struct reaching {
 static ad_status refuse(const cpinn_family *family, const cpinn_reach_settings *settings,
                         ad_error *error)
 {
-    const char *why = cpinn_family_without_error(family);
+    const char *why = family->solves_all ? "tips of a robot in motion are not sought"
+                                         : cpinn_family_without_error(family);
     if (*why || family->points == 0) {
         return ad_fail(error, AD_BAD_ARGUMENT, "%s",
                        *why ? why : "the family has no points, of which the last is the tip");

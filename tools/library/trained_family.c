@@ -250,6 +250,12 @@ ad_status cpinn_family_of_scene(const scene *open, double tolerance,
         return status;
     }
     cpinn_family *family = *result;
+    family->solves_all = !family->solver && scene_is_dynamic(open) && !scene_is_beam(open);
+    if (family->solves_all) {
+        family->tolerance = tolerance;
+        ad_fail(&family->not_compiled, AD_BAD_ARGUMENT, "%s", family->why_not.message);
+        return AD_OK;
+    }
     status = !family->solver     ? ad_fail(error, AD_BAD_ARGUMENT, "%s", family->why_not.message)
              : settings->compile ? create_code(NULL, family, error)
                                  : AD_OK;
@@ -321,7 +327,7 @@ const char *cpinn_family_column_name(const cpinn_family *family, int column)
 
 const char *cpinn_family_without_error(const cpinn_family *family)
 {
-    return family->solver ? "" : family->why_not.message;
+    return family->solver || family->solves_all ? "" : family->why_not.message;
 }
 
 const char *cpinn_family_not_compiled(const cpinn_family *family)

@@ -40,6 +40,8 @@ struct cpinn_family {
     bool forces;                          /* are columns, too, */
     solve_members *solver;                /* NULL: */
     ad_error why_not;
+    bool solves_all; /* without that and a network: solution_create answers, and `tolerance` 0 is
+                      * its default */
     cpinn_family_network network;
     struct member_code *code; /* of few members; NULL: */
     ad_error not_compiled;
@@ -93,6 +95,18 @@ ad_status cpinn_family_shapes(cpinn_family *family, const cpinn_polish *polish, 
 /* Largest distance of two shapes [points][columns], m; infinite: one of them has
  * what is not a number. */
 double cpinn_family_distance(const cpinn_family *family, const double *a, const double *b);
+
+/* Numbers that nobody has. */
+void cpinn_put_nothing(size_t numbers, double *values);
+void cpinn_family_say_nothing(const cpinn_family *family, cpinn_reason reason, double *values,
+                              cpinn_answer *answer);
+
+/* Derivatives of motions of members by solution_create, jacobian [members][points][columns]
+ * [parameters], by modes (physics/solve/motion_change.h): not numbers where there is no answer, and
+ * not trusted where they are estimated to be less exact than these allow. Errors of
+ * motion_change_create. */
+ad_status cpinn_family_change(const cpinn_family *family, size_t members, const double *parameters,
+                              double *jacobian, cpinn_answer *answers, ad_error *error);
 
 /* Of some members those by solution_create whose numbers are which [count]: parameters, values
  * [members][points][columns]; and, where there is a solver of members, curvature

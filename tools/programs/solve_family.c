@@ -31,13 +31,9 @@ static ad_status solve(const solve_family_options *asked, solving *x, ad_error *
         return ad_fail(error, AD_BAD_ARGUMENT,
                        "--members: the scene is no family: no parameter of it has a range");
     }
-    if (status == AD_OK && scene_is_dynamic(&x->read->scene)) {
-        return ad_fail(
-            error, AD_BAD_ARGUMENT,
-            "--members: allowed: of a family at rest; of one in motion a member by --at");
-    }
     if (status == AD_OK) {
-        status = samples_choose(&x->shapes, &asked->where, "21", &x->read->scene,
+        const char *usual = scene_is_dynamic(&x->read->scene) ? "21x21" : "21";
+        status = samples_choose(&x->shapes, &asked->where, usual, &x->read->scene,
                                 scene_duration(&x->read->scene), error);
     }
     return status == AD_OK ? eval_family_solve(&members, &x->read->scene, asked->tolerance,

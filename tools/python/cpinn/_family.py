@@ -86,13 +86,13 @@ class Family:
     def __init__(self, path: PathLike, threads: Optional[int] = 1,
                  extrapolate: bool = False, compile: bool = False, forces: bool = False) -> None:
         self._path = text_of(path)
-        self._begin(threads, extrapolate, compile, forces, numpy.zeros(0))
+        self._begin(threads, extrapolate, compile, forces, numpy.zeros(0), numpy.zeros(0))
 
     def _begin(self, threads: Optional[int], extrapolate: bool, compile: bool, forces: bool,
-               s: Array) -> None:
+               s: Array, t: Array) -> None:
         self._made: dict[bytes, Made] = {}
         self._settings = (threads_of(threads), bool(extrapolate), bool(compile), bool(forces))
-        made = self._at(s, numpy.zeros(s.size))
+        made = self._at(s, t)
         found = [library.family_parameter(made, i).contents
                  for i in range(library.family_parameters(made))]
         self.ranges: dict[str, tuple[float, float]] = {p.name.decode(): (p.low, p.high)
@@ -133,8 +133,8 @@ class Family:
             Parameters in SI units; by name they are broadcast against each other:
             ``family.evaluate(at={"tension": [0.5, 1.2]}, s=0.2)``.
         s, t : array_like, shape (points,)
-            Places (m, ascending; of `Members` those of its making) and, of a family in motion,
-            instants (s).
+            Places (m, ascending) and, of a family in motion, instants (s), in any order then; of
+            `Members` those of its making.
         polish : int
             Steps of Newton's method, 0 to 2.
         alone : bool
@@ -159,8 +159,9 @@ class Family:
         """Shapes of members with exact derivatives by the parameters.
 
         At rest these are derivatives of the equilibrium at which the answer has arrived, by the
-        implicit function theorem; of families that the solver of members does not take, such as
-        motions, derivatives of the network.
+        implicit function theorem. Those of `Members` in motion go forward with the steps of time,
+        and an answer is not trusted where they are not exact. Of networks that the solver of
+        members does not take, such as motions, they are derivatives of the network.
 
         Parameters
         ----------
@@ -245,20 +246,21 @@ class Family:
 
 
 class Members(Family):
-    """The same of a scene at rest without any network: a solver finds the members, some ten
-    microseconds each. Each answer has its error; what is not within the tolerance is left to another
-    solver. Members outside the ranges are answered, too.
+    """The same without any network. At rest a solver finds the members, some ten microseconds each;
+    what is not within the tolerance is left to another one. Each motion is solved by itself. Each
+    answer has its error. Members outside the ranges are answered, too.
 
     Parameters
     ----------
     scene : path or dict
-        A scene at rest whose `parameters` have ranges.
-    s : array_like, shape (points,)
-        Where shapes are wanted unless something else is said, m, ascending.
+        A scene of a rod whose `parameters` have ranges.
+    s, t : array_like, shape (points,)
+        Where shapes are wanted unless something else is said: m, ascending at rest; of a scene in
+        motion s, broadcast against each other.
     overrides : dict or list of str
         Keys to change.
-    tolerance : float
-        Of the position, over the length.
+    tolerance : float, optional
+        Of the position, over the length. None: 1e-6 at rest, the solver's default in motion.
     threads : int, optional
         None: one per processor. Results do not depend on it.
     compile : bool
@@ -273,12 +275,13 @@ class Members(Family):
     """
 
     def __init__(self, scene: Scene, s: Numbers, overrides: Overrides = (),
-                 tolerance: float = 1e-6, threads: Optional[int] = 1,
-                 compile: bool = False, forces: bool = False) -> None:
+                 tolerance: Optional[float] = None, threads: Optional[int] = 1,
+                 compile: bool = False, forces: bool = False, t: Numbers = 0.0) -> None:
         self._scene, self._overrides = scene, overrides
-        self._tolerance = number_of("tolerance", tolerance, 0, "a number above 0")
-        self._s = finite("s", array_of("s", s)).ravel()
-        self._begin(threads, True, compile, forces, self._s)
+        self._tolerance = 0.0 if tolerance is None else number_of("tolerance", tolerance, 0,
+                                                                  "a number above 0")
+        _, self._s, self._t = points(s, t)
+        self._begin(threads, True, compile, forces, self._s, self._t)
 
     def _create(self, settings: Any) -> Made:
         with scene_file(self._scene) as path:
@@ -286,7 +289,7 @@ class Members(Family):
                         *overrides_of(self._overrides), self._tolerance, settings)
 
     def _room(self, at: Values, s: Optional[Numbers], t: Numbers) -> tuple[Made, Array, Array, Records]:
-        return super()._room(at, self._s if s is None else s, t)
+        return super()._room(at, *(self._s, self._t) if s is None else (s, t))
 
     def solve(self, at: Values) -> Shapes:
         """`evaluate` where shapes are wanted."""
