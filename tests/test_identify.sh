@@ -111,6 +111,16 @@ END
 run 0 cpinn-solve wound.yaml
 check way back from an end -- near "$(awk '$1 == "stiff" { print $2 }' stdout.txt)" 1685 0.3
 
+# What a foundation is measured from goes with a rest shape that is to be found. It stayed at the middle of the range.
+cat >bedded.yaml <<'END'
+rod: {model: kirchhoff, length: 0.3, stiffness: {bending: [0.05, 0.05], torsion: 0.04}, rest: {curvature: [0, -6, 0]}}
+loads: {foundation: [9, 9, 9], tip: {force: [0.3, 0, -0.2]}}
+END
+run 0 cpinn-solve bedded.yaml --grid 4 --out bedded.csv
+run 0 cpinn-solve bedded.yaml --set 'rod.rest.curvature[1]={identify: 2, range: [-30, 30]}' \
+    --set "data=[{quantity: position, file: $PWD/bedded.csv, noise: 1.0e-4}]"
+check rest shape on a foundation -- near "$(awk '$1 == "rest_curvature_1" { print -$2 }' stdout.txt)" 6 1e-4
+
 # How a tube is turned, from where the rod is; what the solver wrote is found to its own error.
 cat >tubes.yaml <<'END'
 rod: {model: kirchhoff, length: 1, stiffness: {bending: [1, 1], torsion: 0.8}, rest: {curvature: [0.5, 0, 0]}}

@@ -39,7 +39,9 @@ static ad_status check(const scene *open, scene *one, ad_error *error)
 {
     const char *key = "";
     ad_error reason;
-    ad_status status = scene_check(open, &key, &reason);
+    scene family = *open; /* one rod for all values, also of what is to be found */
+    family.unknown_count = 0;
+    ad_status status = scene_check(&family, &key, &reason);
     if (status == AD_OK) {
         scene_middle(open, one);
         status = scene_physics_of(one)->check(one, &key, &reason);

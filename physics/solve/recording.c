@@ -164,6 +164,29 @@ static ad_status check_sign(const solve_recording *x, const solve_inputs *inputs
     return AD_OK;
 }
 
+/* Springs and foundations are measured from the unstressed rod, which would move with the start. */
+static ad_status check_start(const scene *open, uint64_t which, ad_error *error)
+{
+    bool counts = quantity_any_something(3, open->loads.foundation);
+    for (int i = 0; i < open->spring_count; i++) {
+        const scene_spring *spring = &open->springs[i];
+        counts = counts || quantity_any_something(3, spring->turning) ||
+                 !quantity_any_given(3, spring->anchor);
+    }
+    for (int k = 0; k < open->parameter_count && counts; k++) {
+        const char *name = open->parameters[k].name;
+        if (which >> k & 1 && (quantity_any_depends_on(3, open->start.position, name) ||
+                               quantity_any_depends_on(4, open->start.rotation, name))) {
+            return ad_fail(error, AD_BAD_INPUT,
+                           "boundary.start follows the input %s, and springs or a foundation are "
+                           "measured from the unstressed rod there; allowed: springs that do not "
+                           "turn, with an anchor",
+                           name);
+        }
+    }
+    return AD_OK;
+}
+
 static ad_status find_path(solve_recording *x, const solve_inputs *inputs, ad_error *error)
 {
     enum { ROOM = 8 };
@@ -175,6 +198,7 @@ static ad_status find_path(solve_recording *x, const solve_inputs *inputs, ad_er
     }
     ad_status status = which ? check_sign(x, inputs, false, error) : AD_OK;
     status = status == AD_OK && which ? check_sign(x, inputs, true, error) : status;
+    status = status == AD_OK ? check_start(x->open, which, error) : status;
     if (status != AD_OK) {
         return status;
     }

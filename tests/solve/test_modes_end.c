@@ -668,25 +668,33 @@ static void test_sudden(void **state)
     cpinn_unknowns_free(found);
 }
 
-/* A row without a number, and a quaternion that goes on as its opposite. */
+/* A row without a number, a quaternion that goes on as its opposite, and a spring whose place at
+ * rest would go with the start: such a rod was off by some hundredths of its length. */
 static void test_bad_columns(void **state)
 {
     (void)state;
     static const struct {
-        const char *row, *message;
-    } rows[] = {{"0.5,0.04,0,0,0,,0,0,0", "recorded.csv: row 3 has no X; an input is given in "},
-                {"0.5,0.04,0,0,0,0,3,0,0",
-                 "boundary.start.rotation changes its sign at t = 0.04 s of the inputs; allowed: "
-                 "quaternions that go on, of which q and -q are one rotation"}};
+        const char *row, *message, *beside;
+    } rows[] = {
+        {"0.5,0.04,0,0,0,,0,0,0", "recorded.csv: row 3 has no X; an input is given in ", ""},
+        {"0.5,0.04,0,0,0,0,0.1,0,0",
+         "boundary.start follows the input a, and springs or a foundation are measured from "
+         "the unstressed rod there; allowed: springs that do not turn, with an anchor",
+         "springs: [{at: 0.5, stiffness: [1, 1, 1]}]\n"},
+        {"0.5,0.04,0,0,0,0,3,0,0",
+         "boundary.start.rotation changes its sign at t = 0.04 s of the inputs; allowed: "
+         "quaternions that go on, of which q and -q are one rotation",
+         ""}};
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         ad_error error = {.message = ""};
         cpinn_unknowns *found = NULL;
-        char text[512];
+        char text[2048];
         snprintf(text, sizeof text,
                  "s,t,x,y,z,X,a,Z,b\n0.5,0,0,0,0,0,0,0,0\n0.5,0.02,0,0,0,0,0.1,0,0\n%s\n",
                  rows[i].row);
         write_text("recorded.csv", text);
-        write_text("scene.yaml", KNOWS_COLUMNS);
+        snprintf(text, sizeof text, "%s%s", rows[i].beside, KNOWS_COLUMNS);
+        write_text("scene.yaml", text);
         assert_int_not_equal(cpinn_identify_file(at("scene.yaml"), 0, NULL, 1, &found, &error),
                              AD_OK);
         print_message("%s\n", error.message);
