@@ -1,5 +1,4 @@
 /* How a reduced rod starts: modes that come nearest to a shape and its motion; equilibria. */
-#include "autodiff/dense.h"
 #include "physics/chain/modes_internal.h"
 
 #include <math.h>
@@ -382,56 +381,6 @@ ad_status modes_initial(modes *m, double *q, double *v, ad_error *error)
     free(given);
     free(s);
     return status;
-}
-
-void modes_stiffness(const modes *m, const double *by_q, double *factor)
-{
-    const int n = m->size;
-    for (int c = 0; c < n; c++) {
-        for (int r = 0; r < n; r++) {
-            factor[c * n + r] = (c < m->end.first ? by_q : m->mass)[r * m->width + c];
-        }
-    }
-}
-
-/* The residual becomes what modes and reactions are off by; returns the largest number of modes,
- * not a number where the matrix is singular. */
-static double solve_stiffness(const modes *m, const modes_linear *linear)
-{
-    const size_t n = (size_t)m->size;
-    double most = 0;
-    modes_stiffness(m, linear->by_q, linear->factor);
-    if (ad_dense_lu(n, linear->factor, linear->pivots) != 0) {
-        return NAN;
-    }
-    ad_dense_lu_solve(n, 1, linear->factor, linear->pivots, linear->residual);
-    for (int i = 0; i < m->end.first; i++) {
-        most = fabs(linear->residual[i]) > most || isnan(linear->residual[i])
-                   ? fabs(linear->residual[i])
-                   : most;
-    }
-    return most;
-}
-
-ad_status modes_settle(modes *m, const modes_linear *linear, ad_error *error)
-{
-    enum { STEPS = 60 };
-    const double near = 1e-11, farthest = 0.5;
-    double moved = INFINITY;
-    memset(linear->v, 0, (size_t)m->size * sizeof *linear->v);
-    memset(linear->a, 0, (size_t)m->size * sizeof *linear->a);
-    modes_stretch(m, NULL);
-    for (int step = 0; step < STEPS && moved > near; step++) {
-        modes_linearise(m, linear->q, linear->v, m->end.count > 0 ? linear->a : NULL,
-                        linear->residual, linear->by_q, linear->by_v);
-        moved = solve_stiffness(m, linear);
-        const double part = fmin(1, farthest / moved);
-        for (int k = 0; k < m->size; k++) {
-            *(k < m->end.first ? &linear->q[k] : &linear->a[k]) -= part * linear->residual[k];
-        }
-    }
-    return moved <= near ? AD_OK
-                         : ad_fail(error, AD_NOT_FINITE, "no equilibrium is found from the state");
 }
 
 /* Whether the stiffness at which modes_settle ended resists every displacement that there can be.

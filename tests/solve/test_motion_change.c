@@ -210,6 +210,14 @@ static const char relaxing[] =
     "loads: {gravity: [0, 0, -9.81], tip: {force: [0, \"0.02*sin(20*t)\", 0]}}\n"
     "time: {duration: 0.4}\n";
 
+/* It begins in the equilibrium of a base that rests, though the base is moved at once. */
+static const char moved[] =
+    ROD("a: {range: [0.5, 2]}, b: {range: [0, 1]}") "boundary: {start: {type: driven, position: "
+                                                    "[\"b*sin(3*t)^2\", 0, 0]}}\n"
+                                                    "initial: {state: equilibrium}\n"
+                                                    "loads: {gravity: [0.5, \"b\", 0]}\n"
+                                                    "time: {duration: 0.3}\n";
+
 static void test_differences(void **state)
 {
     (void)state;
@@ -222,12 +230,15 @@ static void test_differences(void **state)
     const double closed = apart(held, at, &usual, &usual, 1e-2, 7);
     const double relaxed =
         apart(relaxing, (double[]){0.6, 0.2}, &settings, &settings, 5e-3, COLUMNS);
-    print_message("differences: %.1e, %.1e, of a branch %.1e, of a held end %.1e\n", all, free,
-                  relaxed, closed);
+    const double begun = apart(moved, at, &usual, &usual, 1e-2, 7);
+    print_message("differences: %.1e, %.1e, of a branch %.1e, of a held end %.1e, of a moved base "
+                  "%.1e\n",
+                  all, free, relaxed, closed, begun);
     assert_true(all < 1e-6); /* solutions are off by 1e-10 over a step of 1e-3; and steps differ */
     assert_true(free < 1e-6);
     assert_true(relaxed < 1e-6);
     assert_true(closed < 1e-4); /* what both are asked for */
+    assert_true(begun < 1e-4);
 }
 
 static void test_elements(void **state)
