@@ -241,6 +241,23 @@ status=0
 grep -q "stability has no margin where loads have no energy, as those that follow the rod" said.txt ||
     fail "a margin of a follower says $(cat said.txt)"
 
+# Beck's column flutters beyond 20.05 EI/L^2, which its members do not see.
+cat > beck.yaml <<'Y'
+parameters: {load: {range: [0, 22]}}
+rod:
+  model: kirchhoff
+  length: 1
+  stiffness: {bending: [1, 1], torsion: 0.8}
+  inertia: {mass_per_length: 1, rotary: [0, 0, 1.0e-4]}
+loads: {tip: {force: [0, 0, -load], frame: follower}}
+optimize: {maximize: load}
+Y
+"$programs/cpinn-optimize" beck.yaml --set 'parameters.load.range=[0, 19.5]' > said.txt || fail "a still column: $(cat said.txt)"
+status=0
+"$programs/cpinn-optimize" beck.yaml > said.txt || status=$?
+[ $status = 3 ] || fail "a column that flutters has status $status"
+grep -q '^warning (unstable): case 1: in this equilibrium the rod flutters' said.txt || fail "a column that flutters: $(cat said.txt)"
+
 refused() { # KEY=VALUE TEXT
     status=0
     "$programs/cpinn-optimize" cantilever.yaml --set "$1" 2> said.txt > /dev/null || status=$?

@@ -108,6 +108,10 @@ double optimize_column(const optimization *o, size_t which, int column);
 double optimize_parameter(const optimization *o, size_t which, int parameter);
 double optimize_case_objective(const optimization *o, size_t which);
 
+/* Says of the first of some cases whose equilibrium is not stable why it is not: members do not see
+ * vibrations under loads that follow. */
+void optimize_judge_stability(const optimization *of, const scene *family, verdict *to);
+
 /* Who gives a parameter its value. */
 typedef enum optimize_role {
     OPTIMIZE_SHARED, /* a variable of all cases */

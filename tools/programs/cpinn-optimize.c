@@ -365,6 +365,7 @@ static void judge(optimizing *x)
                     "count",
                     r->rounds);
     }
+    optimize_judge_stability(x->way.of, x->family, &x->verdict);
     verdict_add(&x->verdict, VERDICT_LOCAL_OPTIMUM,
                 "%d of %d starts end at this optimum, none at a better one; whether there is one "
                 "elsewhere is not known%s",
