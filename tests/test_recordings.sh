@@ -165,6 +165,9 @@ said stderr.txt 'is linear, and inputs have plays or lags; allowed: reduced'
 cut -d, -f1-4,6- heavy_tip.csv >unsaid.csv
 run 0 cpinn-control arm.yaml "${filter[@]}" --set "$(data unsaid.csv)" --replay --ahead 0.5 --json replay.json
 check unsaid payload -- near "$(each value)" "${found[1]}" 1e-9
+awk -F, -v OFS=, '{ print } NR == 9 { $3 += 0.1; print }' heavy_tip.csv >twice.csv
+run 2 cpinn-control arm.yaml "${filter[@]}" --set "$(data twice.csv)" --replay
+said stderr.txt 'twice.csv: row 9 has another input than the one before, at the same t = 0.14 s; allowed: one value of each input'
 cut -d, -f1-3,5- heavy_tip.csv >one_input.csv
 run 2 cpinn-control arm.yaml "${filter[@]}" --set "$(data one_input.csv)" --replay
 said stderr.txt "one_input.csv: column 'pull2' is missing"

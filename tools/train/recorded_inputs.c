@@ -42,21 +42,33 @@ void recorded_inputs_free(recorded_inputs *x)
     free(x);
 }
 
-/* Which parameters vary over rows `from` to before `end`, whose times ascend; 0: none, or two
- * values at one time. */
-static uint64_t find_varying(const looking *l, size_t from, size_t end)
+/* Which parameters vary over rows `from` to before `end`, whose times ascend; 0: none. Two values
+ * at one time are those of several experiments, unless they are so at few of the times alone. */
+static ad_status find_varying(const looking *l, size_t from, size_t end, uint64_t *which,
+                              ad_error *error)
 {
-    uint64_t which = 0;
-    for (int k = 0; k < scene_known_count(l->open); k++) {
-        for (size_t i = from + 1; l->known[k] && i < end; i++) {
-            const bool differs = l->known[k][i] != l->known[k][i - 1];
-            if (differs && l->t[i] == l->t[i - 1]) {
-                return 0;
-            }
-            which |= differs ? UINT64_C(1) << k : 0;
+    size_t times = 1, twice = 0, row = 0;
+    *which = 0;
+    for (size_t i = from + 1; i < end; i++) {
+        const bool later = l->t[i] != l->t[i - 1];
+        bool other = false;
+        for (int k = 0; k < scene_known_count(l->open); k++) {
+            const bool differs = l->known[k] && l->known[k][i] != l->known[k][i - 1];
+            other = other || differs;
+            *which |= differs ? UINT64_C(1) << k : 0;
+        }
+        times += later;
+        if (other && !later) {
+            row = twice++ ? row : i + 1;
         }
     }
-    return which;
+    *which = twice ? 0 : *which;
+    return twice == 0 || 2 * twice >= times
+               ? AD_OK
+               : ad_fail(error, AD_BAD_INPUT,
+                         "%s: row %zu has another input than the one before, at the same t = %g s; "
+                         "allowed: one value of each input at each instant of a recording",
+                         l->path, row, l->t[row - 1]);
 }
 
 /* One sample for each time. */
@@ -129,9 +141,10 @@ ad_status recorded_inputs_find(recorded_inputs *x, const scene *open, const char
         for (end = from + 1; end < rows && t[end] >= t[end - 1];) {
             end++;
         }
-        const uint64_t which = find_varying(&l, from, end);
+        uint64_t which;
         recorded *r = NULL;
-        status = which ? take(x, &l, from, end, which, &r, error) : AD_OK;
+        status = find_varying(&l, from, end, &which, error);
+        status = status == AD_OK && which ? take(x, &l, from, end, which, &r, error) : status;
         if (status != AD_OK) {
             free(r);
         } else if (r) {
