@@ -67,12 +67,12 @@ for k, step in enumerate((1e3, 1e-3, 1e-4)):
     differences = (carrying.solve(at + move).values - carrying.solve(at - move).values) / (2 * step)
     off = numpy.abs(differences - carried.jacobian[::40, ..., k]).max(axis=(0, 1))
     assert off[13:16].max() <= 1e-4 * largest[0][k] and off[16:].max() <= 1e-4 * largest[1][k], off
-lost = carrying.jacobian([[0.8e6, 500, 0.0]])
+lost = carrying.jacobian([[0.8e6, 30, 0.0]])
 assert numpy.isnan(lost.values).all() and numpy.isnan(lost.jacobian).all()
 found = [of.reach(shapes[:, -1, :3], seed=1) for of in (carrying, members)]  # shapes alone
 assert numpy.array_equal(found[0].parameters, found[1].parameters)
 
-shapes, slopes, results = members.jacobian([[0.8e6, 500, 0.0]])  # beyond all equilibria
+shapes, slopes, results = members.jacobian([[0.8e6, 30, 0.0]])  # beyond all equilibria
 assert not results["trusted"][0] and numpy.isnan(slopes).all()
 with open("supported.yaml", "w") as file:  # forces that depend on the place are sought, too
     file.write(three.replace("loads: {", "loads: {foundation: [3, 2, 0], ") +
@@ -138,7 +138,7 @@ for k, (low, high) in enumerate(ramp.ranges.values()):
             1e-5 * size + 1e-8).all()  # h^2, and rounding over h
 
 # Of members in motion without a network: they go forward with the steps of time. Modes and their
-# steps are chosen for each solution, to a tolerance of 1e-5 over a step of 1e-3.
+# steps are chosen for each solution, to a tolerance of 1e-6 over a step of 1e-3.
 swing = """
 parameters: {soft: {range: [0.5, 2]}, push: {range: [0, 1]}}
 rod:
@@ -152,9 +152,9 @@ time: {duration: 0.4}
 """
 with open("swing.yaml", "w") as file:
     file.write(swing)
-swings = cpinn.Members("swing.yaml", [0.15, 0.3, 0.15, 0.3], t=[0.1, 0.1, 0.4, 0.4], tolerance=1e-5,
+swings = cpinn.Members("swing.yaml", [0.15, 0.3, 0.15, 0.3], t=[0.1, 0.1, 0.4, 0.4], tolerance=1e-6,
                        threads=2)
-member = numpy.array([[1, 0.5], [1.5, 0.2]])
+member = numpy.array([[1, 0.5], [2.1, 0.2]])  # one beyond the ranges
 swung = swings.jacobian(member)
 assert swings.columns[-1] == "w3" and swung.jacobian.shape == (2, 4, 25, 2)
 assert swung.answers["trusted"].all() and swings.words(swung.answers) == [("solver", "none")] * 2

@@ -1,4 +1,4 @@
-/* How a reduced rod starts: modes that come nearest to a shape and its motion; equilibria. */
+/* How a reduced rod starts: modes that come nearest to a shape and its motion. */
 #include "physics/chain/modes_internal.h"
 
 #include <math.h>

@@ -237,6 +237,11 @@ static ad_status solve(const asked *of, const modes_counts *counts, double toler
         return ad_fail(error, AD_NO_MEMORY, "out of memory for derivatives of a motion");
     }
     x->family = *of->family;
+    for (size_t k = 0; k < p; k++) { /* sums over parameters hold within their ranges */
+        scene_parameter *range = &x->family.parameters[k];
+        range->low = fmin(range->low, of->parameters[k]);
+        range->high = fmax(range->high, of->parameters[k]);
+    }
     x->count = of->count;
     AD_TAKE(x, values, p);
     AD_TAKE(x, times, of->count);

@@ -29,9 +29,9 @@ typedef struct motion_change_report {
     long time_steps; /* all together */
 } motion_change_report;
 
-/* Of a family in motion that passes scene_check, at parameters [parameter_count] within their
- * ranges; times [count] s, within the duration and in any order. settings->modes: those numbers,
- * without an estimate; else more of them until derivatives are estimated to be within
+/* Of a family in motion that passes scene_check, at parameters [parameter_count] for which the
+ * member does, too; times [count] s, within the duration and in any order. settings->modes: those
+ * numbers, without an estimate; else more of them until derivatives are estimated to be within
  * MOTION_CHANGE_OF_TOLERANCE, as well as it goes. AD_BAD_ARGUMENT: what modes do not take
  * (physics/scene/support.h), lengths with ranges, memory, a start from another state, and an
  * instant at which something jumps or has a kink that a parameter moves. AD_NOT_FINITE,
