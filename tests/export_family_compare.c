@@ -1,11 +1,11 @@
 /* A family written by export_family.h as NAME.h, compiled with -DHEADER='"NAME.h"' -DNAME=NAME
  * -DNUMBER=double (or float), and -DSOUGHT=1 where forces are sought beside the curvature, 2 where
- * they hold an end or angles of tendons with friction are sought, -DBETWEEN=2e-4 where v follows a
- * law, so that between the points of a network's curvature it is not the polynomial through those:
- *   export_family_compare MEMBERS.txt   of each member its parameters, and for 0, 1, 2, 5 steps
- * what the solver makes of the network's curvature: curvature, shape by 13 columns, distances.
- * Curvature agrees to rounding, shapes by the errors of both in taking it; derivatives with
- * differences. */
+ * they hold an end or angles of tendons with friction or torsions of tubes are sought,
+ * -DBETWEEN=2e-4 where v follows a law, so that between the points of a network's curvature it is
+ * not the polynomial through those: export_family_compare MEMBERS.txt   of each member its
+ * parameters, and for 0, 1, 2, 5 steps what the solver makes of the network's curvature: curvature,
+ * shape by 13 columns, distances. Curvature agrees to rounding, shapes by the errors of both in
+ * taking it; derivatives with differences. */
 #include HEADER
 
 #include <math.h>
@@ -20,7 +20,7 @@
 
 enum {
     P = OF(PARAMETERS),
-    N = 3 * OF(NODES),
+    N = OF(WIDTH) * OF(NODES),
     POINTS = OF(POINTS),
     COLUMNS = OF(COLUMNS),
     KNOWN = 13,

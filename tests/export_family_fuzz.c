@@ -14,7 +14,7 @@
 
 enum {
     P = OF(PARAMETERS),
-    N = 3 * OF(NODES),
+    N = OF(WIDTH) * OF(NODES),
     COLUMNS = OF(COLUMNS),
     SHAPE = OF(POINTS) * OF(COLUMNS),
     SINGLE = sizeof(NUMBER) < sizeof(double)

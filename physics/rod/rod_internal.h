@@ -290,6 +290,8 @@ typedef struct rod_tube {
 } rod_tube;
 
 rod_tube rod_tube_of(const rod_context *rod, int index);
+/* Numbers of its law [LAW_TUBE_GIVEN], under the load factor of the rod. */
+void rod_tube_numbers(const rod_context *rod, int index, ad_value *numbers);
 /* Shares of rest shapes and of angles at a load factor; see physics/rod/rod.h. */
 double rod_tube_shape_share(double load_factor);
 double rod_tube_turn_share(double load_factor);

@@ -48,27 +48,34 @@ rod_tube rod_tube_of(const rod_context *rod, int index)
 
 /* ---- the equations --------------------------------------------------------------------------- */
 
-/* The gradient of the law of a tube: what the moment of the rod gains [3], m_i', -theta'. */
-static void tube_law(const rod_context *rod, int index, ad_value tubes, ad_value curvature,
-                     ad_value gradient[LAW_WRENCH])
+void rod_tube_numbers(const rod_context *rod, int index, ad_value *numbers)
 {
     const rod_tube tube = rod_tube_of(rod, index);
     const scene_rest rest = scene_rest_of(rod->scene);
-    const ad_value theta = ad_row(tubes, 2 * index), one = ad_scalar(rod->tape, 1);
+    const ad_value one = ad_scalar(rod->tape, 1);
     const ad_value missing = ad_square(ad_square(ad_sub(one, rod->at.load_factor)));
     const ad_value shape =
         rod_quantities(rod, 3, rest.curvature, NULL, rod->scales.length, rod->s, rod->t);
     const ad_value k = ad_add(tube.rest, ad_mul(missing, ad_sub(shape, tube.rest)));
-    ad_value given[LAW_WRENCH + 6] = {[3] = ad_cos(theta),
-                                      [4] = ad_sin(theta),
-                                      [5] = ad_row(tubes, 2 * index + 1),
-                                      [LAW_WRENCH] = ad_row(tube.bending, 0),
-                                      [LAW_WRENCH + 1] = ad_row(tube.bending, 1),
-                                      [LAW_WRENCH + 5] = tube.softness};
+    numbers[0] = ad_row(tube.bending, 0);
+    numbers[1] = ad_row(tube.bending, 1);
+    for (int i = 0; i < 3; i++) {
+        numbers[2 + i] = ad_row(k, i);
+    }
+    numbers[5] = tube.softness;
+}
+
+/* The gradient of the law of a tube: what the moment of the rod gains [3], m_i', -theta'. */
+static void tube_law(const rod_context *rod, int index, ad_value tubes, ad_value curvature,
+                     ad_value gradient[LAW_WRENCH])
+{
+    const ad_value theta = ad_row(tubes, 2 * index);
+    ad_value given[LAW_WRENCH + LAW_TUBE_GIVEN] = {
+        [3] = ad_cos(theta), [4] = ad_sin(theta), [5] = ad_row(tubes, 2 * index + 1)};
     for (int i = 0; i < 3; i++) {
         given[i] = ad_row(curvature, i);
-        given[LAW_WRENCH + 2 + i] = ad_row(k, i);
     }
+    rod_tube_numbers(rod, index, given + LAW_WRENCH);
     law_record(LAW_TUBE, rod->tape, given, NULL, gradient, NULL);
 }
 

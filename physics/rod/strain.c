@@ -186,7 +186,8 @@ void strain_mesh_modes(const strain_mesh *mesh, double weights[STRAIN_MODES][STR
     }
 }
 
-double strain_mesh_unresolved(const strain_mesh *mesh, double scale, const double *curvature)
+double strain_mesh_unresolved(const strain_mesh *mesh, double scale, int width,
+                              const double *curvature)
 {
     double weights[STRAIN_MODES][STRAIN_STAGES_MAX], turn = STRAIN_RESOLVED;
     strain_mesh_modes(mesh, weights);
@@ -194,7 +195,7 @@ double strain_mesh_unresolved(const strain_mesh *mesh, double scale, const doubl
         const int e = i / (3 * STRAIN_MODES), k = i / 3 % STRAIN_MODES;
         double sum = 0;
         for (int j = 0; j < mesh->stages; j++) {
-            sum += weights[k][j] * curvature[3 * (e * mesh->stages + j) + i % 3];
+            sum += weights[k][j] * curvature[width * (e * mesh->stages + j) + i % 3];
         }
         turn += fabs(sum) * scale * (mesh->edges[e + 1] - mesh->edges[e]);
     }
@@ -266,8 +267,8 @@ int strain_angles(const scene *open)
 
 bool strain_is_placed(const scene *open)
 {
-    return strain_held(open) + strain_angles(open) > 0 || rod_has_law_along(open, is_placed) ||
-           rod_has_law_at_places(open, is_placed);
+    return strain_held(open) + strain_angles(open) + open->tube_count > 0 ||
+           rod_has_law_along(open, is_placed) || rod_has_law_at_places(open, is_placed);
 }
 
 int strain_forces(const scene *open, int nodes)
@@ -281,8 +282,7 @@ int strain_forces(const scene *open, int nodes)
 
 /* ---- what is given ------------------------------------------------------------------------- */
 
-/* Rows of a value recorded at s, each of one row for each point, or one for all. */
-static void spread(const strain_rod *rod, ad_value value, ad_value *rows)
+void strain_spread(const strain_rod *rod, ad_value value, ad_value *rows)
 {
     ad_value at[STRAIN_NODES_MAX], of_row[STRAIN_NODES_MAX];
     const bool varies = ad_uses(1, &value, rod->rod.s);
@@ -316,9 +316,9 @@ static void give_actuators(strain_rod *rod)
         rod_actuator one = rod_actuator_of(&rod->rod, i);
         strain_pull *to = &rod->pulls[i];
         to->law = one.law;
-        spread(rod, one.offset, to->offset);
-        spread(rod, one.slope, to->slope);
-        spread(rod, one.pull, &to->pull);
+        strain_spread(rod, one.offset, to->offset);
+        strain_spread(rod, one.slope, to->slope);
+        strain_spread(rod, one.pull, &to->pull);
         for (int k = 0; k < rod->nodes; k++) {
             to->first += rod->s[k] < one.start;
             to->count += one.start <= rod->s[k] && rod->s[k] <= one.end;
@@ -344,7 +344,7 @@ static void give_laws(strain_rod *rod)
         rod->along[i].law = along[i].law;
         rod->turns |= law_table[along[i].law].by_rotation;
         rod->is_pushed |= law_force_by_position(&law_table[along[i].law]);
-        spread(rod, along[i].numbers, rod->along[i].numbers);
+        strain_spread(rod, along[i].numbers, rod->along[i].numbers);
     }
     for (int i = 0; i < rod->place_count; i++) {
         rod->places[i].law = places[i].law;
@@ -360,11 +360,12 @@ static void give_laws(strain_rod *rod)
 static void give(strain_rod *rod)
 {
     const rod_coefficients c = rod_coefficients_of(&rod->rod);
-    spread(rod, c.rest_strain, rod->rest_strain.x);
-    spread(rod, c.rest_curvature, rod->rest_curvature.x);
-    spread(rod, c.strain_compliance, rod->strain_compliance.x);
-    spread(rod, c.curvature_compliance, rod->curvature_compliance.x);
+    strain_spread(rod, c.rest_strain, rod->rest_strain.x);
+    strain_spread(rod, c.rest_curvature, rod->rest_curvature.x);
+    strain_spread(rod, c.strain_compliance, rod->strain_compliance.x);
+    strain_spread(rod, c.curvature_compliance, rod->curvature_compliance.x);
     give_actuators(rod);
+    strain_torsion_give(rod);
     give_laws(rod);
     rod->start = rod_end_of(&rod->rod, 0, rod->rod.t);
     rod->end = rod_end_of(&rod->rod, 1, rod->rod.t);
@@ -429,4 +430,9 @@ ad_status strain_rod_create(const strain_settings *settings, ad_value s, const a
 void strain_rod_free(strain_rod *rod)
 {
     free(rod);
+}
+
+ad_value strain_rod_rest(const strain_rod *rod)
+{
+    return strain_points(rod->nodes, rod->rest_curvature);
 }

@@ -48,13 +48,15 @@ void strain_mesh_places(const strain_mesh *mesh, double *s);
  * [strain_mesh_nodes], of the length. */
 void strain_mesh_integral(const strain_mesh *mesh, bool to_edge, int i, double *weights);
 
-/* By how much the two highest of Legendre's modes of a curvature [nodes][3], of its values times
- * `scale`, turn the rod, rad: what the mesh hardly resolves, and STRAIN_RESOLVED. weights: of
- * values at the points of an element, to the coefficients of these modes. */
+/* By how much the two highest of Legendre's modes of a curvature, the first three numbers of
+ * [nodes][width], of its values times `scale`, turn the rod, rad: what the mesh hardly resolves,
+ * and STRAIN_RESOLVED. weights: of values at the points of an element, to the coefficients of these
+ * modes. */
 enum { STRAIN_MODES = 2 };
 #define STRAIN_RESOLVED 1e-9
 void strain_mesh_modes(const strain_mesh *mesh, double weights[STRAIN_MODES][STRAIN_STAGES_MAX]);
-double strain_mesh_unresolved(const strain_mesh *mesh, double scale, const double *curvature);
+double strain_mesh_unresolved(const strain_mesh *mesh, double scale, int width,
+                              const double *curvature);
 
 /* AD_OK, or AD_BAD_ARGUMENT with what of the scene the strain form does not know, on a tape or for
  * solve_members. */
@@ -88,6 +90,11 @@ void strain_rod_free(strain_rod *rod); /* NULL is allowed; what was recorded sta
  * what is sought less what the shape makes of it. */
 int strain_forces(const scene *open, int nodes);
 
+/* Numbers that are sought between these and the curvature: of concentric tubes the torsion of each
+ * at s = 0, then of each at all points, over the scale of moments; 0 beyond its end. Their rows are
+ * what is sought less what the shape makes of it. */
+int strain_twisting(const scene *open, int nodes);
+
 /* Tendons with friction. */
 int strain_angles(const scene *open);
 
@@ -95,8 +102,8 @@ int strain_angles(const scene *open);
  * in any direction, and M [3], world, of one whose rotation is, beyond what acts there, and last
  * strain_tensions; 0 without such. Their rows of the residual are how far the end is from there,
  * and N in directions that are free; of a tension by how much the tendon is shorter than it may be,
- * which is 0 or it is slack, and the tension 0. `sought` is [forces + 3 nodes + held], below called
- * curvature where it is that alone. */
+ * which is 0 or it is slack, and the tension 0. `sought` is [forces + twisting + 3 nodes + held],
+ * below called curvature where it is that alone. */
 int strain_held(const scene *open);
 
 /* Tendons whose length is given, in their order: their tensions, which are not negative. */
@@ -125,7 +132,7 @@ typedef struct strain_changes {
 ad_value strain_rod_state_change(const strain_rod *rod, ad_value curvature, ad_value state,
                                  const strain_changes *changes);
 
-/* [forces + 3 nodes + held] */
+/* [forces + twisting + 3 nodes + held] */
 ad_value strain_rod_residual(const strain_rod *rod, ad_value sought, ad_value state);
 
 /* [3][nodes + 1]: positions at the points and at the end. */

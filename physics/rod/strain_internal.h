@@ -38,6 +38,13 @@ typedef struct strain_pull {
     ad_value friction;
 } strain_pull;
 
+/* A concentric tube, with the numbers of its law at the points of its elements. */
+typedef struct strain_torsion {
+    int elements;
+    ad_value turned, yielding; /* theta at s = 0, and by how much torsion there turns it */
+    ad_value numbers[LAW_TUBE_GIVEN];
+} strain_torsion;
+
 /* A law that acts from outside, with its numbers at points or at its place. */
 typedef struct strain_law {
     law_name law;
@@ -58,6 +65,8 @@ struct strain_rod {
     along rest_strain, rest_curvature, strain_compliance, curvature_compliance;
     int actuators;
     strain_pull pulls[SCENE_ACTUATORS_MAX];
+    int tubes, twisting; /* what is sought of tubes */
+    strain_torsion torsions[SCENE_TUBES_MAX];
     int along_count, place_count; /* of laws along the rod and at places */
     bool turns, is_pushed; /* one along it depends on the rotation; its force on the position */
     bool is_placed; /* one along it or at a place depends on the position, or the end is held */
@@ -66,6 +75,9 @@ struct strain_rod {
     bool holds_position, holds_rotation; /* at s = 1 */
     rod_end_data start, end;
 };
+
+/* strain.c. Rows of a value recorded at s, each of one row for each point, or one for all. */
+void strain_spread(const strain_rod *rod, ad_value value, ad_value *rows);
 
 /* strain_along.c */
 along strain_add(along a, along b);
@@ -108,6 +120,8 @@ typedef struct strain_state {
     ad_value tension[SCENE_TENDONS_MAX]; /* sought where the length is given */
     ad_value angle[SCENE_TENDONS_MAX];   /* [nodes] sought with friction */
     ad_value pull[SCENE_ACTUATORS_MAX];
+    ad_value base[SCENE_TUBES_MAX], torsion[SCENE_TUBES_MAX]; /* [nodes], both sought */
+    ad_value tube[SCENE_TUBES_MAX][LAW_WRENCH]; /* gradients of their energies there */
     along_turn turn;
     along_matrix R;
     along load_rate[2]; /* f, l, world */
@@ -146,5 +160,13 @@ along strain_yield_on(const strain_rod *rod, const ad_value *pull, along n, alon
 along strain_softened(const strain_rod *rod, const ad_value *pull, along v, along u, along a);
 along strain_missing(const strain_rod *rod, const ad_value *pull, const along_matrix *R,
                      along strain, along curvature, along moment);
+
+/* strain_torsion.c. What is given of tubes; what is sought of them, from `first` on, and their laws
+ * at the points, after the curvature; what they add to the moment of the rod; and the rows of what
+ * is sought, of which it returns how many. */
+void strain_torsion_give(strain_rod *rod);
+void strain_torsion_turn(const strain_rod *rod, ad_value sought, int first, strain_state *state);
+along strain_torsion_moment(const strain_rod *rod, const strain_state *state);
+int strain_torsion_missing(const strain_rod *rod, const strain_state *state, ad_value *rows);
 
 #endif

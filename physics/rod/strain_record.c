@@ -262,9 +262,12 @@ static void divide(const strain_rod *rod, ad_value sought, strain_state *state)
             first += rod->nodes;
         }
     }
-    const bool all = rod->forces + rod->held == 0;
+    const int twisting = first;
+    first += rod->twisting;
+    const bool all = rod->forces + rod->twisting + rod->held == 0;
     state->curvature =
         strain_of_points(rod->nodes, all ? sought : ad_slice(sought, first, 3 * rod->nodes));
+    strain_torsion_turn(rod, sought, twisting, state);
     first += 3 * rod->nodes;
     for (int i = 0; i < 2; i++) {
         state->held[i] = strain_zeros(rod->tape);
@@ -413,10 +416,10 @@ static void find_moment(const strain_rod *rod, strain_state *state)
 
 static void find_state(const strain_rod *rod, ad_value sought, strain_state *state)
 {
-    if (ad_rows(sought) != rod->forces + 3 * rod->nodes + rod->held) {
-        ad_tape_fail(rod->tape, AD_BAD_SHAPE,
-                     "%d forces and the curvature at %d points have %d rows",
-                     rod->forces + rod->held, rod->nodes, ad_rows(sought));
+    const int more = rod->forces + rod->twisting + rod->held;
+    if (ad_rows(sought) != more + 3 * rod->nodes) {
+        ad_tape_fail(rod->tape, AD_BAD_SHAPE, "%d forces and curvature at %d points: %d rows", more,
+                     rod->nodes, ad_rows(sought));
     }
     divide(rod, sought, state);
     turn_all(rod, state);
@@ -569,11 +572,14 @@ ad_value strain_rod_residual(const strain_rod *rod, ad_value sought, ad_value ve
 {
     strain_state state;
     strain_state_of(rod, sought, vector, &state);
-    ad_value rows[1 + ROD_AT_PLACES_MAX + 3 + 2 * SCENE_TENDONS_MAX];
+    ad_value rows[1 + ROD_AT_PLACES_MAX + 3 + 2 * SCENE_TENDONS_MAX + 2 * SCENE_TUBES_MAX];
     int count = missing_forces(rod, &state, rows);
+    count += strain_torsion_missing(rod, &state, rows + count);
+    const along less = strain_mul(rod->curvature_compliance, strain_torsion_moment(rod, &state));
     rows[count++] =
-        strain_points(rod->nodes, strain_missing(rod, state.pull, &state.R, state.strain,
-                                                 state.curvature, state.moment));
+        strain_points(rod->nodes, strain_add(strain_missing(rod, state.pull, &state.R, state.strain,
+                                                            state.curvature, state.moment),
+                                             less));
     count += missing_holds(rod, &state, rows + count);
     count += missing_lengths(rod, &state, rows + count);
     return count > 1 ? ad_stack(count, rows) : rows[0];
@@ -590,9 +596,4 @@ ad_value strain_rod_positions(const strain_rod *rod, ad_value sought, ad_value v
         rows[2 * c + 1] = state.edge_position[rod->mesh.elements].x[c];
     }
     return ad_stack(6, rows);
-}
-
-ad_value strain_rod_rest(const strain_rod *rod)
-{
-    return strain_points(rod->nodes, rod->rest_curvature);
 }

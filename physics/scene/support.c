@@ -484,7 +484,7 @@ static const feature_row features[] = {
     {"a learned law of a rod whose lengths or places have ranges", NULL, mapped_law,
      "xxxxx xx xxxx xx x", NULL},
     {"concentric tubes", NULL, has_tubes,
-     "yxxyx yy xxxx xx x", NULL},
+     "yxxyy yy xxxx xx x", NULL},
     {"locked shear or stretch", NULL, locked,
      "ymmyy yy ymmy yy y", OF_STRAINS},
     {"a learned law", NULL, lawful,

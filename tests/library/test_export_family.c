@@ -14,7 +14,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { PARAMETERS = 3, MEMBERS = 6, PLACES = 21, NODES_MAX = 48 };
+enum { PARAMETERS = 3, MEMBERS = 6, PLACES = 21, NODES_MAX = 48, WIDTH_MAX = 3 + SCENE_TUBES_MAX };
 
 /* Loads of half a turn; of the first all are dead, of the second not. */
 #define PULLED                                                                                     \
@@ -139,12 +139,29 @@ static const char rubbed[] = RUBBED("tension: pull, friction: 0.5*stiff");
 static const char rubbed_by_length[] =
     RUBBED("displacement: 0.0005*pull, stiffness: 3000, friction: 0.5*stiff");
 
+/* With concentric tubes that bend and twist one another: the first also before s = 0, the second on
+ * a part; on a tendon. */
+static const char tubular[] =
+    PULLED "rod: {model: kirchhoff, length: 0.25, section: {shape: circle, radius: 0.002},\n"
+           "      material: {youngs_modulus: 1e9*stiff, poissons_ratio: 0.3, density: 2000},\n"
+           "      rest: {curvature: [\"1+3*s\", 0.5, 0.5]}}\n"
+           "boundary: {end: {type: loaded}}\n"
+           "loads: {gravity: [0, 1, -2], tip: {force: [0.005, push/4, 0]}}\n"
+           "tendons: [{offset: [0.006, 0], tension: pull/2}]\n"
+           "tubes:\n"
+           "  - {section: {radius: 0.003, inner_radius: 0.0025}, end: 0.2, turned: 0.5+pull/2,\n"
+           "     material: {youngs_modulus: 8e8, poissons_ratio: 0.3, density: 2000},\n"
+           "     rest: {curvature: [\"2-2*s\", 0.5, 0]}, transmission: 0.1*stiff}\n"
+           "  - {section: {radius: 0.004, inner_radius: 0.0035}, end: 0.1, turned: 10*push,\n"
+           "     material: {youngs_modulus: 8e8, poissons_ratio: 0.3, density: 2000},\n"
+           "     rest: {curvature: [\"stiff\", 0.5, 0]}}\n";
+
 /* A network with random weights, which says little: Newton's method starts near the unloaded rod.
  */
 typedef struct network {
     nn_mlp *mlp;
     double weights[2000];
-    int outputs;
+    int outputs, width;
     double bend; /* u1 times the length, of the rod without loads */
 } network;
 
@@ -152,16 +169,17 @@ static ad_value record(const void *context, ad_tape *tape, const ad_value *x)
 {
     const network *n = context;
     ad_value input = ad_sub(ad_scale(ad_stack(PARAMETERS, x), 2), ad_scalar(tape, 1));
-    double rest[3 * NODES_MAX] = {0};
-    for (int i = 0; i < n->outputs / 3; i++) {
+    double rest[WIDTH_MAX * NODES_MAX] = {0};
+    for (int i = 0; i < n->outputs / n->width; i++) {
         rest[i] = n->bend;
     }
     return ad_add(nn_mlp_record(n->mlp, input, 0), ad_constant(tape, n->outputs, rest));
 }
 
-static network make_network(int outputs, double bend)
+static network make_network(int nodes, int width, double bend)
 {
-    network n = {.outputs = outputs, .bend = bend};
+    const int outputs = width * nodes;
+    network n = {.outputs = outputs, .width = width, .bend = bend};
     nn_mlp_settings settings = nn_mlp_settings_default();
     nn_rng random = nn_rng_seed(5);
     ad_error error = {.message = ""};
@@ -187,14 +205,14 @@ static void put(FILE *file, size_t count, const double *list, double unit)
     }
 }
 
-/* [3][nodes] times the length as [nodes][3] in 1/m. */
+/* [width][nodes] times the length as [nodes][width] in 1/m. */
 static void said(const network *n, const scene *family, int nodes, const double *parameters,
                  double *curvature)
 {
     ad_tape *tape = ad_tape_create();
     ad_pool *pool = ad_pool_create(1);
     ad_value p[PARAMETERS];
-    double x[PARAMETERS], out[3 * NODES_MAX];
+    double x[PARAMETERS], out[WIDTH_MAX * NODES_MAX];
     ad_program *program;
     ad_error error = {.message = ""};
     const double *inputs[PARAMETERS];
@@ -209,8 +227,8 @@ static void said(const network *n, const scene *family, int nodes, const double 
     const ad_run run = {
         .points = 1, .inputs = inputs, .parameters = n->weights, .outputs = (double *[]){out}};
     assert_good(ad_execute(program, &run, &error), &error);
-    for (int i = 0; i < 3 * nodes; i++) {
-        curvature[i] = out[i % 3 * nodes + i / 3] / scene_length(family);
+    for (int i = 0; i < n->outputs; i++) {
+        curvature[i] = out[i % n->width * nodes + i / n->width] / scene_length(family);
     }
     ad_program_free(program);
     ad_pool_free(pool);
@@ -225,7 +243,7 @@ static void write_members(solve_members *x, const scene *family, const network *
     const size_t nodes = solve_members_nodes(x);
     uint64_t random = 2;
     for (int m = 0; m < MEMBERS; m++) {
-        double p[PARAMETERS], given[3 * NODES_MAX], refined[3 * NODES_MAX];
+        double p[PARAMETERS], given[WIDTH_MAX * NODES_MAX], refined[WIDTH_MAX * NODES_MAX];
         double values[PLACES * SOLVE_MEMBERS_COLUMNS];
         for (int i = 0; i < PARAMETERS; i++) {
             p[i] = scene_parameter_at(&family->parameters[i], random_in(&random, 0, 1));
@@ -239,7 +257,7 @@ static void write_members(solve_members *x, const scene *family, const network *
             assert_good(
                 solve_members_refine(x, 1, p, given, steps, values, refined, &answer, &error),
                 &error);
-            put(file, 3 * nodes, refined, scene_length(family));
+            put(file, solve_members_numbers(x), refined, scene_length(family));
             put(file, PLACES * SOLVE_MEMBERS_COLUMNS, values, 1);
             fprintf(file, "%.17g\n%.17g\n", answer.predicted, answer.left);
         }
@@ -385,22 +403,23 @@ static void check_family(const char *text, bool single, int column)
     for (int i = 0; i < nodes; i++) {
         points[i] /= scene_length(&one);
     }
-    network n =
-        make_network(3 * nodes, text == held || text == sliding || text == pinned ? 1.5 : 0);
-    export_family x = {.name = "arm",
-                       .about = "a test",
-                       .tip = true,
-                       .shape_by =
-                           column < 0 && (single ? text == plain : text == robot || text == held),
-                       .open = &given->scene,
-                       .single = single,
-                       .columns = column < 0 ? STRAIN_COLUMNS : 1,
-                       .values = &unmeasured,
-                       .places = PLACES,
-                       .s = places,
-                       .network = record,
-                       .context = &n,
-                       .weights = n.weights};
+    network n = make_network(nodes, (int)solve_members_width(members),
+                             text == held || text == sliding || text == pinned ? 1.5 : 0);
+    export_family x = {
+        .name = "arm",
+        .about = "a test",
+        .tip = true,
+        .shape_by = column < 0 &&
+                    (single ? text == plain : text == robot || text == held || text == tubular),
+        .open = &given->scene,
+        .single = single,
+        .columns = column < 0 ? STRAIN_COLUMNS : 1,
+        .values = &unmeasured,
+        .places = PLACES,
+        .s = places,
+        .network = record,
+        .context = &n,
+        .weights = n.weights};
     set_columns(&x, column);
     assert_good(strain_mesh_at(&one, nodes, points, &x.mesh, &error), &error);
     write_c(&x);
@@ -412,9 +431,9 @@ static void check_family(const char *text, bool single, int column)
     write_members(members, &given->scene, &n, single, file);
     fclose(file);
     compare(type, x.shape_by, single && (text == plain || column >= 0),
-            x.held + strain_angles(x.open) > 0 ? 2 : x.forces > 0, text == lawful);
+            x.held + strain_angles(x.open) + x.tubes > 0 ? 2 : x.forces > 0, text == lawful);
     if (column < 0 && (single ? text == chamber : text != lawful && text != sliding)) {
-        fuzz(type, x.forces + x.held > 0 ? 10 : 300); /* matrices column by column */
+        fuzz(type, x.forces + x.held + x.tubes > 0 ? 10 : 300); /* matrices column by column */
     }
     nn_mlp_free(n.mlp);
     solve_members_free(members);
@@ -470,6 +489,13 @@ static void test_pinned(void **state)
     check_family(pinned, true, -1);
 }
 
+static void test_tubes(void **state)
+{
+    (void)state;
+    check_family(tubular, false, -1);
+    check_family(tubular, true, -1);
+}
+
 static void test_displaced(void **state)
 {
     (void)state;
@@ -522,7 +548,7 @@ static void test_size(void **state)
     config *given = read_text(many, 0, NULL);
     scene one;
     ad_error error = {.message = ""};
-    network n = make_network(3 * 12, 0);
+    network n = make_network(12, 3, 0);
     export_family x = {.name = "arm",
                        .about = "a test",
                        .tip = true,
@@ -558,6 +584,7 @@ int main(int count, char **arguments)
         cmocka_unit_test_setup_teardown(test_law, make_directory, remove_directory),
         cmocka_unit_test_setup_teardown(test_held, make_directory, remove_directory),
         cmocka_unit_test_setup_teardown(test_sliding, make_directory, remove_directory),
+        cmocka_unit_test_setup_teardown(test_tubes, make_directory, remove_directory),
     };
     const struct CMUnitTest alike[] = {
         cmocka_unit_test(test_size),

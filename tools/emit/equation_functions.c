@@ -43,8 +43,9 @@ static void set_unit(int n, double *x)
 /* Memory: inputs p, u, z and, for each parameter, directions of these; residual [N], blocks and
  * edges as newton leaves them; the matrix and its factors; what a change of one point does to
  * forces, to rates and moments; columns of a shape or what they change by; workspace. u is FORCES
- * that depend on the place, the curvature [3][NODES], then HELD numbers of force and moment that
- * hold the end, with TENSIONS as the last. */
+ * that depend on the place, the torsion of TUBES at s = 0, from TORSIONS on those at points
+ * [TUBES][NODES], from CURVED on the curvature [3][NODES], then HELD numbers of force and moment
+ * that hold the end, with TENSIONS as the last. */
 typedef struct room {
     double *x, *u, *bent, *z, *dp, *du, *dz, *residual, *blocks, *edges, *matrix, *lower, *force,
         *rate, *moment, *columns, *w;
@@ -55,7 +56,7 @@ static room divide(double *memory)
     room r;
     r.x = memory;
     r.u = r.x + GIVEN;
-    r.bent = r.u + FORCES;
+    r.bent = r.u + TORSIONS;
     r.z = r.u + N;
     r.dp = r.z + Z;
     r.du = r.dp + P * P;
@@ -80,6 +81,27 @@ static void transpose(int rows, int columns, const double *x, double *to)
     for (i = 0; i < rows; i++) {
         for (k = 0; k < columns; k++) {
             to[k * rows + i] = x[i * columns + k];
+        }
+    }
+}
+
+/* Torsions and curvature, of a curvature [NODES][WIDTH] with torsions; and back. */
+static void take_curvature(const double *x, double *bent)
+{
+    int i, k;
+    for (i = 0; i < NODES; i++) {
+        for (k = 0; k < model_WIDTH; k++) {
+            bent[k * NODES + i] = x[i * model_WIDTH + (k + 3) % model_WIDTH];
+        }
+    }
+}
+
+static void give_curvature(const double *bent, double *x)
+{
+    int i, k;
+    for (i = 0; i < NODES; i++) {
+        for (k = 0; k < model_WIDTH; k++) {
+            x[i * model_WIDTH + (k + 3) % model_WIDTH] = bent[k * NODES + i];
         }
     }
 }

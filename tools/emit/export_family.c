@@ -2,6 +2,7 @@
 
 #include "physics/chain/solve_members.h"
 #include "physics/learn/model.h"
+#include "physics/numerics/gauss.h"
 #include "physics/rod/rod.h"
 #include "tools/emit/export_text.h"
 
@@ -63,7 +64,9 @@ static int loads_of(const export_family *family)
 
 static size_t sought_of(const export_family *family)
 {
-    return (size_t)(family->forces + family->held) + 3 * (size_t)strain_mesh_nodes(&family->mesh);
+    const int nodes = strain_mesh_nodes(&family->mesh);
+    return (size_t)(family->forces + strain_twisting(family->open, nodes) + 3 * nodes +
+                    family->held);
 }
 
 typedef struct recording {
@@ -114,12 +117,15 @@ static ad_status begin(const export_family *family, int function, recording *r, 
                : AD_OK;
 }
 
-/* At coordinates of parameters, the inverse of scene_parameter_at. */
+/* At coordinates of parameters, the inverse of scene_parameter_at; torsions first, as they are
+ * sought. */
 static ad_value record_network(const export_family *family, const recording *r)
 {
+    const int bent = 3 * strain_mesh_nodes(&family->mesh), twisted = bent / 3 * family->tubes;
     ad_value at[SCENE_PARAMETERS_MAX];
     if (!family->network) {
-        return strain_rod_rest(r->rod);
+        const ad_value rest = strain_rod_rest(r->rod);
+        return twisted > 0 ? ad_pad(rest, twisted, twisted + bent) : rest;
     }
     for (int i = 0; i < family->open->parameter_count; i++) {
         const scene_parameter *p = &family->open->parameters[i];
@@ -128,7 +134,11 @@ static ad_value record_network(const export_family *family, const recording *r)
                     ? ad_scale(ad_log(ad_scale(value, 1 / p->low)), 1 / log(p->high / p->low))
                     : ad_scale(ad_sub(value, ad_scalar(r->tape, p->low)), 1 / (p->high - p->low));
     }
-    return family->network(family->context, r->tape, at);
+    const ad_value all = family->network(family->context, r->tape, at);
+    if (twisted == 0) {
+        return all;
+    }
+    return ad_stack(2, (ad_value[]){ad_slice(all, bent, twisted), ad_slice(all, 0, bent)});
 }
 
 /* [columns][places] */
@@ -312,6 +322,7 @@ static void write_header(const export_family *family, FILE *file)
     put_numbers(family, "POINTS", (size_t)family->places, file);
     put_numbers(family, "COLUMNS", (size_t)family->columns, file);
     put_numbers(family, "NODES", (size_t)strain_mesh_nodes(&family->mesh), file);
+    put_numbers(family, "WIDTH", (size_t)(3 + family->tubes), file);
     put_numbers(family, "MEMORY", memory_of(family), file);
     put_numbers(family, "OUT_OF_RANGE", 1, file);
     put_numbers(family, "SINGULAR", 2, file);
@@ -401,6 +412,17 @@ static void write_modes(const export_family *family, FILE *file)
     fputs(";\n", file);
 }
 
+/* What points of the first element say of s = 0. */
+static void write_start(const export_family *family, FILE *file)
+{
+    const gauss_rule rule = solve_gauss_rule_of(family->mesh.stages);
+    double weights[STRAIN_STAGES_MAX];
+    gauss_lagrange(&rule, 0, weights);
+    fprintf(file, "static const %s at_start[%d] = ", type_of(family), family->mesh.stages);
+    export_put_list((size_t)family->mesh.stages, weights, 1, family->single, file);
+    fputs(";\n", file);
+}
+
 /* In double precision, whatever that of the shape is: what rounding leaves of a place is a
  * millionth of the length then. */
 static void write_wall(const export_family *family, FILE *file)
@@ -440,14 +462,15 @@ static void write_constants(const export_family *family, FILE *file)
     export_put_names(family->name, "column_names", (size_t)family->columns, names, file);
     fputc('\n', file);
     fprintf(file,
-            "#define FORCES %d\n#define HELD %d\n#define TENSIONS %d\n#define PLACED %d\n"
-            "#define TIP %d\n#define SHAPE_BY %d\nenum {\n    NODES = %d,\n    N = "
-            "FORCES + 3 * NODES + HELD,\n    P = %d,\n    GIVEN = P + %d,\n    Z = %d,\n"
+            "#define FORCES %d\n#define TUBES %d\n#define HELD %d\n#define TENSIONS %d\n"
+            "#define PLACED %d\n#define TIP %d\n#define SHAPE_BY %d\nenum {\n    NODES = %d,\n"
+            "    TORSIONS = FORCES + TUBES,\n    CURVED = TORSIONS + TUBES * NODES,\n"
+            "    N = CURVED + 3 * NODES + HELD,\n    P = %d,\n    GIVEN = P + %d,\n    Z = %d,\n"
             "    ELEMENTS = %d,\n"
             "    STAGES = %d,\n    FOLLOWS = %d, /* forces follow the rod */\n    INPUTS = %zu,\n"
             "    LINEARISED = %zu\n};\n",
-            family->forces, family->held, strain_tensions(family->open), family->placed,
-            family->tip, family->shape_by, strain_mesh_nodes(&family->mesh), count,
+            family->forces, family->tubes, family->held, strain_tensions(family->open),
+            family->placed, family->tip, family->shape_by, strain_mesh_nodes(&family->mesh), count,
             loads_of(family), family->state, family->mesh.elements, family->mesh.stages,
             family->follows, inputs_of(family), linearised_of(family));
     put_macro(family, "LENGTH", scene_length(family->open), file);
@@ -466,6 +489,9 @@ static void write_constants(const export_family *family, FILE *file)
 #undef PATH_RULE
     }
     write_modes(family, file);
+    if (family->tubes > 0) {
+        write_start(family, file);
+    }
     if (!family->placed) {
         write_integrals(family, file);
     }
@@ -481,6 +507,7 @@ static ad_status write_functions(export_family *family, FILE *file, ad_error *er
     int count = 0;
     family->forces = strain_forces(family->open, strain_mesh_nodes(&family->mesh));
     family->held = strain_held(family->open);
+    family->tubes = family->open->tube_count;
     family->placed = strain_is_placed(family->open);
     ad_status status = pool ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a thread");
     for (int i = 0; i < FUNCTIONS && status == AD_OK; i++) {
@@ -524,7 +551,8 @@ int export_family_compared(const export_family *family, int places[EXPORT_COMPAR
 
 static void write_selftest(const export_family *family, FILE *file)
 {
-    const int rows = 3 * strain_mesh_nodes(&family->mesh), count = family->open->parameter_count;
+    const int rows = (3 + family->tubes) * strain_mesh_nodes(&family->mesh),
+              count = family->open->parameter_count;
     double scale = 0;
     for (int i = 0; i < rows * family->members; i++) {
         scale = fmax(scale, fabs(family->polished[i]));

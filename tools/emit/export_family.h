@@ -34,8 +34,8 @@ typedef struct export_family {
     int columns, which[STRAIN_COLUMNS]; /* of the shape, of strain_rod_columns */
     double tolerance;                   /* without a network, of the curvature times the length */
     /* NULL: members follow their loads from the unstressed rod (EXPORT_CODE). Else it
-     * records the curvature times the length [3][nodes], at coordinates x [parameters], 0 to 1 over
-     * their ranges; with `weights`, its parameters. */
+     * records the curvature times the length, and torsions, [3 + tubes][nodes], at coordinates x
+     * [parameters], 0 to 1 over their ranges; with `weights`, its parameters. */
     ad_value (*network)(const void *context, ad_tape *tape, const ad_value *x);
     const void *context;
     const double *weights;
@@ -44,15 +44,17 @@ typedef struct export_family {
     const struct export_wall *wall; /* NULL: none */
     size_t workspace; /* numbers of the functions; by export_family_write_source, as the next */
     int state;        /* numbers of the state of the rod */
-    int forces, held; /* that are sought before and after the curvature */
+    int forces, held; /* that are sought before and after the curvature, */
+    int tubes;        /* and whose torsions are */
     bool follows;     /* forces follow the rod */
     bool placed;      /* a law depends on the position, or the end is held */
     /* Of the self-test: members with their parameters, float numbers where `single`; the curvature
-     * times the length by the network, and after `steps`. */
+     * times the length by the network, and after `steps`, with torsions. */
     int members, steps;
-    const double *parameters, *curvature, *polished; /* [members][parameters], [3 nodes] twice */
-    const double *shapes;                            /* then, [compared][columns] */
-    double scale[STRAIN_COLUMNS];                    /* of each of the columns */
+    const double *parameters, *curvature,
+        *polished;                /* [members][parameters], [nodes][3 + tubes] twice */
+    const double *shapes;         /* then, [compared][columns] */
+    double scale[STRAIN_COLUMNS]; /* of each of the columns */
     /* Differences from these that cc has measured, by the scales: of the curvature by the network
      * and after a step, then of each column and its derivatives. NaN: not measured. */
     const double *values, *derivatives; /* [1 + columns] */
@@ -71,8 +73,8 @@ int export_family_compared(const export_family *family, int places[EXPORT_COMPAR
 
 /* Of a run in the strain form: scene, mesh, network, weights, and how far the mesh is off, by
  * members over the ranges: their parameters [EXPORT_JUDGED][parameters], float numbers where
- * f->single, and what the network says of them, said [EXPORT_JUDGED][nodes][3], 1/m. Outlived by
- * the run. AD_NO_MEMORY. */
+ * f->single, and what the network says of them, said [EXPORT_JUDGED][nodes][3 + tubes], 1/m.
+ * Outlived by the run. AD_NO_MEMORY. */
 ad_status export_family_of(const struct experiment *e, export_family *f, double *parameters,
                            double *said, ad_error *error);
 

@@ -18,7 +18,7 @@ typedef struct numbers {
 static bool allocate(export_model *model, numbers *n)
 {
     const size_t count = (size_t)model->family.open->parameter_count;
-    const size_t rows = 3 * solve_members_nodes(targets_solver(model->e->targets));
+    const size_t rows = solve_members_numbers(targets_solver(model->e->targets));
     const size_t shape = (size_t)TARGETS_POINTS * SOLVE_MEMBERS_COLUMNS;
     const size_t member = rows + (size_t)EXPORT_COMPARED * STRAIN_COLUMNS + shape;
     model->family_numbers =
@@ -115,9 +115,9 @@ ad_status export_members_prepare(export_model *model, int places, const double *
     }
     put_places(f, places, s, n.s);
     ad_status status = export_family_of(model->e, f, n.parameters, n.said, error);
-    f->steps = strain_held(f->open) + strain_angles(f->open) > 0         ? 3
-               : strain_forces(f->open, strain_mesh_nodes(&f->mesh)) > 0 ? 2
-                                                                         : 1;
+    f->steps = strain_held(f->open) + strain_angles(f->open) + f->open->tube_count > 0 ? 3
+               : strain_forces(f->open, strain_mesh_nodes(&f->mesh)) > 0               ? 2
+                                                                                       : 1;
     if (status == AD_OK) {
         status = solve_members_refine(solver, MEMBERS, n.parameters, n.said, f->steps, n.values,
                                       n.polished, answers, error);
@@ -126,7 +126,7 @@ ad_status export_members_prepare(export_model *model, int places, const double *
     if (status != AD_OK) {
         return status;
     }
-    for (int i = 0; i < 3 * strain_mesh_nodes(&f->mesh) * MEMBERS; i++) {
+    for (size_t i = 0; i < solve_members_numbers(solver) * MEMBERS; i++) {
         n.curvature[i] = n.said[i] * scene_length(f->open);
         n.polished[i] *= scene_length(f->open);
     }

@@ -5,6 +5,7 @@
 
 #include "autodiff/memory.h"
 #include "physics/local/complement.h"
+#include "physics/numerics/gauss.h"
 #include "physics/rod/strain.h"
 
 #include <math.h>
@@ -13,6 +14,7 @@
 
 typedef struct finder {
     size_t forces, held, unknowns, count; /* sought before the curvature, after it; all */
+    size_t tubes, curved;                 /* the first of the curvature, after torsions */
     size_t tensions;                      /* of the held, the last */
     double arm[SCENE_TENDONS_MAX];        /* of their tendons (strain_arms) */
     size_t rows;                          /* of a shape */
@@ -116,12 +118,14 @@ static ad_status create(finder *x, const export_shapes *asked, ad_error *error)
     scene_middle(open, &one);
     *x = (finder){.forces = (size_t)strain_forces(open, (int)nodes),
                   .held = (size_t)strain_held(open),
+                  .tubes = (size_t)open->tube_count,
                   .tensions = (size_t)strain_tensions(open),
                   .count = (size_t)settings.count,
                   .rows = STRAIN_COLUMNS * asked->points,
                   .members = asked->members,
                   .length = scene_length(&one)};
-    x->unknowns = x->forces + 3 * nodes + x->held;
+    x->curved = x->forces + (size_t)strain_twisting(open, (int)nodes);
+    x->unknowns = x->curved + 3 * nodes + x->held;
     strain_arms(&one, x->arm);
     ad_status status = record(x, tape, &settings, asked, error);
     ad_tape_free(tape);
@@ -152,7 +156,7 @@ static double shorter(const finder *x, size_t members, size_t member, size_t k)
  * to the lengths of tendons, into `holding`. */
 static ad_status find_holding(finder *x, size_t members, ad_error *error)
 {
-    const size_t held = x->held, n = x->unknowns, bent = n - x->forces - held, all = members * held;
+    const size_t held = x->held, n = x->unknowns, bent = n - x->curved - held, all = members * held;
     const size_t rows = bent + x->tensions;
     memset(x->by_curvature, 0, all * n * sizeof *x->by_curvature);
     for (size_t i = 0; i < all; i++) {
@@ -162,7 +166,7 @@ static ad_status find_holding(finder *x, size_t members, ad_error *error)
     for (size_t i = 0; i < all && status == AD_OK; i++) {
         double *to = x->holding + i * rows;
         for (size_t k = 0; k < bent; k++) {
-            to[k] = x->results[(x->forces + k) * all + i];
+            to[k] = x->results[(x->curved + k) * all + i];
         }
         for (size_t k = 0; k < x->tensions; k++) {
             to[bent + k] = shorter(x, all, i, k);
@@ -175,14 +179,14 @@ static ad_status find_holding(finder *x, size_t members, ad_error *error)
  * tendons that are slack; the largest change. */
 static double hold(finder *x, size_t members)
 {
-    const size_t held = x->held, first = x->unknowns - held, bent = first - x->forces;
+    const size_t held = x->held, first = x->unknowns - held, bent = first - x->curved;
     const size_t rows = bent + x->tensions, open = held - x->tensions;
     double most = 0;
     for (size_t i = 0; i < members && held > 0; i++) {
         double now[COMPLEMENT_MAX], *columns = x->fit;
         memcpy(columns, x->holding + i * held * rows, held * rows * sizeof *columns);
         for (size_t k = 0; k < bent; k++) {
-            columns[held * rows + k] = x->results[(x->forces + k) * members + i];
+            columns[held * rows + k] = x->results[(x->curved + k) * members + i];
         }
         for (size_t c = 0; c < held; c++) {
             now[c] = x->curvature[(first + c) * members + i];
@@ -228,12 +232,24 @@ static ad_status find_forces(finder *x, size_t members, ad_error *error)
 
 static ad_status find(finder *x, const export_shapes *asked, double *values, ad_error *error)
 {
-    const size_t members = asked->members, bent = x->unknowns - x->forces - x->held;
-    const size_t nodes = bent / 3, points = asked->points; /* the tape has [3][nodes] */
+    const size_t members = asked->members, points = asked->points;
+    const size_t nodes = (size_t)strain_mesh_nodes(asked->mesh), width = 3 + x->tubes;
+    double start[STRAIN_STAGES_MAX]; /* what points of the first element say of s = 0 */
+    const gauss_rule rule = solve_gauss_rule_of(asked->mesh->stages);
+    gauss_lagrange(&rule, 0, start);
     for (size_t i = 0; i < members; i++) {
-        for (size_t k = 0; k < bent; k++) {
-            x->curvature[(x->forces + k) * members + i] =
-                x->length * asked->curvature[i * bent + k % nodes * 3 + k / nodes];
+        for (size_t k = 0; k < width * nodes; k++) { /* torsions [nodes] first, and [3][nodes] */
+            x->curvature[(x->forces + x->tubes + k) * members + i] =
+                x->length *
+                asked->curvature[(i * nodes + k % nodes) * width + (k / nodes + 3) % width];
+        }
+        for (size_t k = 0; k < x->tubes; k++) {
+            double *base = &x->curvature[(x->forces + k) * members + i],
+                   *from = base + (x->tubes - k + k * nodes) * members;
+            *base = 0;
+            for (int j = 0; j < asked->mesh->stages; j++) {
+                *base += start[j] * from[(size_t)j * members];
+            }
         }
         for (size_t k = 0; k < x->count; k++) {
             x->parameters[k * members + i] = asked->parameters[i * x->count + k];

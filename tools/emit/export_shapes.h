@@ -12,7 +12,7 @@ typedef struct export_shapes {
     const double *s; /* [points] over the length */
     ad_pool *pool;
     size_t members;
-    const double *parameters, *curvature; /* [members][count], [members][nodes][3], 1/m */
+    const double *parameters, *curvature; /* [members][count], [members][nodes][3 + tubes], 1/m */
 } export_shapes;
 
 /* values [members][points][STRAIN_COLUMNS]. AD_BAD_ARGUMENT: what the strain form on a tape does

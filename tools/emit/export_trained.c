@@ -79,8 +79,8 @@ static ad_status judge_mesh(solve_members *solver, export_family *f, const doubl
 {
     solve_answer answers[EXPORT_JUDGED];
     const double length = scene_length(f->open);
-    double *polished =
-        malloc((size_t)3 * EXPORT_JUDGED * (size_t)strain_mesh_nodes(&f->mesh) * sizeof *polished);
+    const size_t numbers = solve_members_numbers(solver);
+    double *polished = malloc(EXPORT_JUDGED * numbers * sizeof *polished);
     ad_status status = polished ? solve_members_refine(solver, EXPORT_JUDGED, parameters, said, 2,
                                                        NULL, polished, NULL, error)
                                 : ad_fail(error, AD_NO_MEMORY, "out of memory for a mesh");
@@ -90,10 +90,10 @@ static ad_status judge_mesh(solve_members *solver, export_family *f, const doubl
     }
     f->mesh_error = 0;
     for (int i = 0; i < EXPORT_JUDGED && status == AD_OK; i++) {
-        const double *at = polished + 3 * i * strain_mesh_nodes(&f->mesh);
+        const double unresolved = strain_mesh_unresolved(
+            &f->mesh, length, (int)solve_members_width(solver), polished + (size_t)i * numbers);
         if (answers[i].trusted) {
-            f->mesh_error =
-                fmax(f->mesh_error, answers[i].left / strain_mesh_unresolved(&f->mesh, length, at));
+            f->mesh_error = fmax(f->mesh_error, answers[i].left / unresolved);
         }
     }
     free(polished);
@@ -139,11 +139,11 @@ static ad_status place_shapes(export_family *f, int columns, int places, const d
 ad_status export_family_at(const experiment *e, int columns, int places, const double *s,
                            export_family *f, double **numbers, ad_error *error)
 {
-    const size_t nodes = solve_members_nodes(targets_solver(e->targets));
+    const size_t bent = solve_members_numbers(targets_solver(e->targets));
     const size_t count = EXPORT_JUDGED * (size_t)e->scene->parameter_count;
     f->open = e->scene;
-    ad_status status = place_shapes(f, columns, places, s,
-                                    count + (size_t)(3 * EXPORT_JUDGED) * nodes, numbers, error);
+    ad_status status =
+        place_shapes(f, columns, places, s, count + EXPORT_JUDGED * bent, numbers, error);
     return status == AD_OK
                ? export_family_of(e, f, *numbers + places, *numbers + places + count, error)
                : status;

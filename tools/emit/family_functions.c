@@ -148,7 +148,7 @@ static double largest(const double *x)
 {
     double most = 0;
     int i;
-    for (i = FORCES; i < N - HELD; i++) {
+    for (i = CURVED; i < N - HELD; i++) {
         most = larger(most, fabs(x[i]));
     }
     return most;
@@ -167,7 +167,7 @@ static void find_holding(room r)
         residual_by(r.x, r.moment, r.w);
         for (k = 0; k < P && first + k < HELD; k++) {
             for (i = 0; i < BENT; i++) {
-                r.matrix[(first + k) * BENT + i] = r.moment[(FORCES + i) * P + k];
+                r.matrix[(first + k) * BENT + i] = r.moment[(CURVED + i) * P + k];
             }
         }
     }
@@ -180,7 +180,7 @@ static void hold_end(room r)
     double normal[HELD][HELD + 1], found[HELD];
     double *now = r.u + N - HELD;
     int a, b, i;
-    copy(BENT, r.residual + FORCES, r.matrix + HELD * BENT);
+    copy(BENT, r.residual + CURVED, r.matrix + HELD * BENT);
     for (a = 0; a < HELD; a++) {
         normal[a][HELD] = 0;
         for (b = 0; b <= HELD; b++) {
@@ -208,6 +208,26 @@ static double cleared(double x)
     return fabs(x) < TINY ? 0 : x;
 }
 
+/* The torsion of tubes at s = 0 is that of their polynomial there; numbers are `apart`. */
+#if TUBES > 0
+static void set_bases(double *u, int apart)
+{
+    int i, k;
+    for (k = 0; k < TUBES; k++) {
+        u[(FORCES + k) * apart] = 0;
+        for (i = 0; i < STAGES; i++) {
+            u[(FORCES + k) * apart] += at_start[i] * u[(TORSIONS + k * NODES + i) * apart];
+        }
+    }
+}
+#else
+static void set_bases(double *u, int apart)
+{
+    (void)u;
+    (void)apart;
+}
+#endif
+
 /* Forces that are sought, from the curvature: the shape has those that depend on the place but for
  * the stretch by them, and each pass leaves that share of what was missing. */
 static void guess_forces(room r)
@@ -217,6 +237,7 @@ static void guess_forces(room r)
     for (i = 0; i < N; i++) {
         r.u[i] = i < FORCES || i >= N - HELD ? 0 : cleared(r.u[i]);
     }
+    set_bases(r.u, 1);
     for (k = 0; k < PASSES && FORCES + HELD > 0; k++) {
         find_state(r);
         residual(r.x, r.residual, r.w);
@@ -239,7 +260,7 @@ static double mesh_leaves(room r)
     int e, c, k, j;
     for (c = 0; c < 3; c++) {
         for (e = 0; e < ELEMENTS; e++) {
-            const double *at = r.bent + c * NODES + e * STAGES;
+            const double *at = r.u + CURVED + c * NODES + e * STAGES;
             for (k = 0; k < 2; k++) {
                 double sum = 0;
                 for (j = 0; j < STAGES; j++) {
@@ -352,7 +373,7 @@ int model_network(const double *parameters, double *curvature, double *memory)
     const room r = divide(memory);
     const int status = place(parameters, r.x);
     network(r.x, r.bent, r.w);
-    transpose(3, NODES, r.bent, curvature);
+    give_curvature(r.bent, curvature);
     return status;
 }
 
@@ -361,9 +382,9 @@ int model_polish(const double *parameters, int steps, double *curvature, model_a
 {
     const room r = divide(memory);
     int status = place(parameters, r.x);
-    transpose(NODES, 3, curvature, r.bent);
+    take_curvature(curvature, r.bent);
     status |= polish(r, steps, answer);
-    transpose(3, NODES, r.bent, curvature);
+    give_curvature(r.bent, curvature);
     return status;
 }
 
@@ -378,7 +399,7 @@ int model_shape_of(const double *parameters, const double *curvature, double *to
 {
     const room r = divide(memory);
     const int status = place(parameters, r.x);
-    transpose(NODES, 3, curvature, r.bent);
+    take_curvature(curvature, r.bent);
     guess_forces(r);
     find_state(r);
     write_shape(r, to);
@@ -431,7 +452,7 @@ static void follow_forces(room r)
         for (side = -1; side <= 1; side += 2) {
             copy(P + N, at, r.x);
             r.x[i] += side * step;
-            for (k = FORCES; k < N - HELD; k++) {
+            for (k = TORSIONS; k < N - HELD; k++) {
                 r.u[k] += side * step * change[k * P + i];
             }
             guess_forces(r);
@@ -440,7 +461,7 @@ static void follow_forces(room r)
             }
         }
         for (k = 0; k < N; k++) {
-            if (k < FORCES || k >= N - HELD) {
+            if (k < TORSIONS || k >= N - HELD) {
                 change[k * P + i] = (r.u[k] - before[k]) / (2 * step);
             }
         }
@@ -455,6 +476,9 @@ static void follow_forces(room r)
 static void follow_forces(room r)
 {
     int i;
+    for (i = 0; i < P; i++) {
+        set_bases(r.du + i, P);
+    }
     if (FORCES > 0) {
         state_by(r.x, r.dz, r.w);
         residual_by(r.x, r.moment, r.w);
@@ -507,10 +531,10 @@ static int find_directions(room r, int steps)
         solve(r, rows, 1, r.residual, r.u + FIRM); /* which tensions pull */
         follow_equilibrium(r, rows);
     } else {
-        for (i = 0; i < FORCES * P; i++) {
+        for (i = 0; i < TORSIONS * P; i++) {
             r.du[i] = 0;
         }
-        network_by(r.x, r.du + FORCES * P, r.w);
+        network_by(r.x, r.du + TORSIONS * P, r.w);
         follow_forces(r);
     }
     state_by(r.x, r.dz, r.w);

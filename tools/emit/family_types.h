@@ -1,5 +1,6 @@
 /* A member is a point of the parameters, in SI units. Its curvature u at model_NODES points of the
- * rod, three numbers each, times the length, is what a network says; steps of Newton's method
+ * rod, three numbers each, times the length, and of concentric tubes the torsion of each, over
+ * EI/length, is what a network says; steps of Newton's method
  * for the rod's equation polish it, 0, 1 or 2 of them; positions, rotations and all else follow
  * from it. The functions work in the caller's memory alone, model_MEMORY numbers, and keep nothing:
  * several may run at once, each with memory of its own. They return 0, or what is wrong, added up:
@@ -41,7 +42,7 @@ int model_tip(const double *parameters, int steps, double *tip, model_answer *an
 int model_tip_jacobian(const double *parameters, int steps, double *tip, double *jacobian,
                        model_answer *answer, double *memory);
 
-/* In parts: the network's curvature [NODES][3] times the length; steps from any curvature; the
+/* In parts: the network's curvature [NODES][WIDTH], with torsions; steps from any curvature; the
  * shape of a curvature. */
 int model_network(const double *parameters, double *curvature, double *memory);
 int model_polish(const double *parameters, int steps, double *curvature, model_answer *answer,

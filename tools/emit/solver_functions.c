@@ -39,7 +39,10 @@ static int follow(room r, int *rows, int *steps)
     double start[N], earlier[N] = {0}, load = 1, done = 0, before = -1;
     int i;
     r.x[P] = 0;
-    network(r.x, r.u, r.w);
+    for (i = 0; i < TORSIONS; i++) {
+        r.u[i] = 0;
+    }
+    network(r.x, r.bent, r.w);
     copy(N, r.u, start);
     for (;;) {
         const int taken = settle(r, load, load < 1 ? ON_THE_WAY : LEAVES * TOLERANCE, rows, steps);

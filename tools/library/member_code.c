@@ -118,7 +118,7 @@ static ad_status check_kind(const scene *open, const ad_ranks *ranks, ad_error *
            : strain_forces(open, 1) + strain_held(open) > 0 || strain_is_placed(open)
                ? ad_fail(error, AD_BAD_ARGUMENT,
                          "compiled C: the library solves where forces depend on the place, an end "
-                         "is held, tendons rub or have a given length")
+                         "is held, tendons rub or have a given length, or there are tubes")
                : AD_OK;
 }
 
