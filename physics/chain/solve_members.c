@@ -132,6 +132,11 @@ size_t solve_members_width(const solve_members *members)
     return (size_t)strain_group_width(members->groups[0]);
 }
 
+size_t solve_members_carried(const solve_members *members)
+{
+    return SOLVE_MEMBERS_FORCES + 2 * (solve_members_width(members) - 3);
+}
+
 double solve_members_torsion(const solve_members *members)
 {
     const rod_scales *scales = &members->groups[0]->rod->scales;
@@ -343,10 +348,11 @@ static void derive_group(void *context, int item, int thread)
     const solve_members *x = of->x;
     slope *by = &x->slopes[thread];
     const size_t first = LANES * (size_t)item, left = of->members - first, count = (size_t)x->count;
+    const size_t carried = solve_members_carried(x);
     const size_t points = first * x->points, slopes = points * (count - (size_t)of->from);
     const strain_derived to = {after(of->to.jacobian, slopes * SOLVE_MEMBERS_COLUMNS),
-                               after(of->to.forces, points * SOLVE_MEMBERS_FORCES),
-                               after(of->to.by, slopes * SOLVE_MEMBERS_FORCES)};
+                               after(of->to.forces, points * carried),
+                               after(of->to.by, slopes * carried)};
     if (by->status == AD_OK) {
         by->status = strain_jacobian_run(
             by->jacobian, left < LANES ? left : LANES, of->parameters + first * count,

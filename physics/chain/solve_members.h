@@ -140,11 +140,13 @@ ad_status solve_members_jacobian(solve_members *solver, size_t members, const do
                                  const double *curvature, int from, double *jacobian,
                                  ad_error *error);
 
-/* The same, jacobian, with force and moment in the rod, body, forces
- * [members][points][SOLVE_MEMBERS_FORCES], and their derivatives, by
- * [members][points][SOLVE_MEMBERS_FORCES][parameter_count - from]; each may be NULL. They are those
- * of rod and actuators together, as the balance has them (strain_form.h): 0 where nothing acts but
- * actuators. Where something jumps within the rod they are of the piece before. */
+/* The same, jacobian, with force and moment in the rod, body, then of each concentric tube its
+ * angle and torsion, rad and N m, forces [members][points][solve_members_carried], and their
+ * derivatives, by [members][points][solve_members_carried][parameter_count - from]; each may be
+ * NULL. They are those of rod and actuators together, as the balance has them (strain_form.h): 0
+ * where nothing acts but actuators. Where something jumps within the rod they are of the piece
+ * before. */
+size_t solve_members_carried(const solve_members *members);
 ad_status solve_members_forces(solve_members *solver, size_t members, const double *parameters,
                                const double *curvature, int from, double *jacobian, double *forces,
                                double *by, ad_error *error);

@@ -70,39 +70,48 @@ FOR_EACH_PROCESSOR static void find_columns(strain_jacobian *x, lanes *columns)
     }
 }
 
-/* x->carried at the outputs, in the world, in SI. N and M are smooth there, as n and m are not
- * where the rod winds. */
+/* x->carried and x->twisted at the outputs, in the world, in SI. N and M are smooth there, as n and
+ * m are not where the rod winds. */
 FOR_EACH_PROCESSOR static void find_forces(strain_jacobian *x, lanes *forces)
 {
     const strain_form *form = fine_of(x)->form;
     const int n = form->kind.stages;
     const rod_scales *scales = &x->group->rod->scales;
+    const int twists = (int)x->carrying - SOLVE_MEMBERS_FORCES;
+    strain_level_sample(&x->group->beyond, level_of(x), fine_of(x), twists, x->twisted,
+                        x->fine.twisted);
     strain_level_sample(&x->group->beyond, level_of(x), fine_of(x), 6, x->carried[0],
                         x->fine.carried);
     for (int k = 0; k < fine_of(x)->outputs; k++) {
         const strain_output *out = &fine_of(x)->output[k];
         const lanes *from = x->fine.carried + 6 * out->element * n;
-        lanes *to = forces + k * SOLVE_MEMBERS_FORCES;
-        memset(to, 0, SOLVE_MEMBERS_FORCES * sizeof *to);
+        const lanes *twisted = x->fine.twisted + twists * out->element * n;
+        lanes *to = forces + (size_t)k * x->carrying;
+        memset(to, 0, x->carrying * sizeof *to);
         weigh(n, out->interpolate, scales->force, from, 6, to);
         weigh(n, out->interpolate, scales->moment, from + 3, 6, to + 3);
+        for (int i = 0; i < twists * n; i++) { /* theta, m */
+            to[SOLVE_MEMBERS_FORCES + i % twists] +=
+                out->interpolate[i / twists] * (i % 2 ? scales->moment : 1) * twisted[i];
+        }
     }
 }
 
-/* Force and moment [outputs][6] in the world become those in the body; or what they change by
+/* Force and moment [outputs] in the world become those in the body; or what they change by
  * there, where sections have x->turns: dn = R^T (dN - turn x N). */
 FOR_EACH_PROCESSOR static void turn_forces(strain_jacobian *x, bool changes, lanes *forces)
 {
     for (int i = 0; i < 2 * fine_of(x)->outputs; i++) {
         const lanes *q = x->group->values + i / 2 * SOLVE_MEMBERS_COLUMNS + 3;
+        const size_t at = (size_t)(i / 2) * x->carrying + (size_t)(3 * (i % 2));
         lanes R[3][3], world[3], turned[3];
-        memcpy(world, forces + 3 * i, sizeof world);
-        lanes_vector_cross(x->turns[i / 2], x->forces + 3 * i, turned);
+        memcpy(world, forces + at, sizeof world);
+        lanes_vector_cross(x->turns[i / 2], x->forces + at, turned);
         for (int c = 0; c < 3 && changes; c++) {
             world[c] -= turned[c];
         }
         lanes_rotation_matrix(q, R);
-        lanes_to_body(R, world, forces + 3 * i);
+        lanes_to_body(R, world, forces + at);
     }
 }
 
@@ -114,7 +123,7 @@ static void correct_columns(const strain_jacobian *x, const int *which, lanes *c
     const bool grows = solve_rod_part_kind(x->changes, SOLVE_GROWTH).width > 0;
     for (int lane = 0; lane < LANES; lane++) {
         const bool is_good = isfinite(x->sought[0][lane]);
-        for (int i = 0; i < outputs * STRAIN_DERIVED && !is_good; i++) {
+        for (size_t i = 0; i < (size_t)outputs * x->derived && !is_good; i++) {
             columns[i][lane] = NAN;
         }
         for (int i = 0; i < outputs * SOLVE_MEMBERS_COLUMNS && grows && is_good; i++) {
@@ -133,7 +142,7 @@ static void put_columns(const strain_jacobian *x, const lanes *first, size_t wid
 {
     for (size_t i = 0; i < width && jacobian; i++) {
         const lanes *from = first + i;
-        for (size_t k = 0; k < count; from += (size_t)fine_of(x)->outputs * STRAIN_DERIVED) {
+        for (size_t k = 0; k < count; from += (size_t)fine_of(x)->outputs * x->derived) {
             for (size_t lane = 0; lane < copies * members && k < count; k++) {
                 for (size_t member = 0; member < members; member++, lane++) {
                     jacobian[(member * width + i) * count + k] = (*from)[lane];
@@ -146,7 +155,7 @@ static void put_columns(const strain_jacobian *x, const lanes *first, size_t wid
 /* Of lanes without an equilibrium they are not numbers, as curvature is not. */
 void strain_columns_put_forces(strain_jacobian *x, size_t members, double *forces)
 {
-    const size_t width = (size_t)fine_of(x)->outputs * SOLVE_MEMBERS_FORCES;
+    const size_t width = (size_t)fine_of(x)->outputs * x->carrying;
     lanes *body = x->forces + width;
     memcpy(body, x->forces, width * sizeof *body);
     turn_forces(x, false, body);
@@ -164,6 +173,11 @@ void strain_columns_carry(strain_jacobian *x)
     for (int i = 0; i < form->nodes; i++) {
         memcpy(x->carried[i], form->at[i].N, sizeof form->at[i].N);
         memcpy(x->carried[i] + 3, form->at[i].M, sizeof form->at[i].M);
+    }
+    for (int i = 0; i < form->nodes * form->kind.tubes; i++) {
+        const strain_tube *of = &form->tubes[i % form->kind.tubes];
+        x->twisted[2 * i] = of->theta[i / form->kind.tubes];
+        x->twisted[2 * i + 1] = of->torsion[i / form->kind.tubes];
     }
     find_forces(x, x->forces);
 }
@@ -184,6 +198,5 @@ void strain_columns_put(const strain_jacobian *x, size_t members, size_t copies,
 {
     const size_t outputs = (size_t)fine_of(x)->outputs, shape = outputs * SOLVE_MEMBERS_COLUMNS;
     put_columns(x, x->columns, shape, members, copies, count, to->jacobian);
-    put_columns(x, x->columns + shape, outputs * SOLVE_MEMBERS_FORCES, members, copies, count,
-                to->by);
+    put_columns(x, x->columns + shape, outputs * x->carrying, members, copies, count, to->by);
 }

@@ -183,21 +183,22 @@ static bool add_rubs(strain_form *form)
 
 static bool add_tubes(strain_form *form)
 {
-    enum { EACH = 2 + LAW_TUBE_GIVEN + 3 + LAW_WRENCH + LAW_STIFFNESS };
+    enum { EACH = 3 + LAW_TUBE_GIVEN + 3 + LAW_WRENCH + LAW_STIFFNESS };
     const size_t count = (size_t)form->kind.tubes, nodes = (size_t)form->nodes;
     AD_TAKE(form, tubes, count);
     AD_TAKE(form, tube_room, count * nodes * EACH);
-    AD_TAKE(form, tube_turned, count > 0 ? nodes : 0);
+    AD_TAKE(form, tube_turned, count * nodes);
     if (form->memory.is_short) {
         return false;
     }
     lanes *room = form->tube_room;
     for (size_t k = 0; k < count; k++, room += EACH * nodes) {
-        lanes *laws = room + 2 * nodes;
+        lanes *laws = room + 3 * nodes;
         form->tubes[k] = (strain_tube){
             .end = form->kind.extents[form->kind.actuators + (int)k].end,
             .torsion = room,
             .measured = room + nodes,
+            .theta = room + 2 * nodes,
             .numbers = (lanes(*)[LAW_TUBE_GIVEN])laws,
             .turn = (lanes(*)[3])(laws + LAW_TUBE_GIVEN * nodes),
             .gradient = (lanes(*)[LAW_WRENCH])(laws + (LAW_TUBE_GIVEN + 3) * nodes),

@@ -80,6 +80,7 @@ typedef struct strain_tube {
     lanes turned, yielding;           /* theta at s = 0, and by how much torsion there turns it */
     lanes base, base_measured;        /* torsion there, sought and what the shape makes of it; */
     lanes *torsion, *measured;        /* [nodes] the same there */
+    lanes *theta;                     /* [nodes] as its end has it beyond that */
     lanes (*numbers)[LAW_TUBE_GIVEN]; /* [nodes] of the law */
     lanes (*turn)[3];                 /* [nodes] cos theta, sin theta, m */
     lanes (*gradient)[LAW_WRENCH];    /* [nodes] of its energy, */
@@ -196,7 +197,7 @@ typedef struct strain_form {
     int rub_count;
     lanes *rub_room;                    /* theirs */
     strain_tube *tubes;                 /* [kind.tubes] */
-    lanes *tube_room, *tube_turned;     /* theirs; [nodes] how one of them turns */
+    lanes *tube_room, *tube_turned;     /* theirs; [tubes][nodes] how they turn */
     lanes (*strained)[6], (*turned)[3]; /* [nodes] how points change, of a direction */
     double slope[GAUSS_STAGES_MAX][GAUSS_STAGES_MAX]; /* d/ds at points, times the width */
     lanes start_r[3], start_q[4];

@@ -52,10 +52,12 @@ static void allocate_lanes(strain_jacobian *x)
     AD_TAKE(x, fine.turning, finer * 3);
     AD_TAKE(x, fine.slopes, finer * 3);
     AD_TAKE(x, fine.carried, finer * 6);
+    AD_TAKE(x, twisted, nodes * 2 * tubes);
+    AD_TAKE(x, fine.twisted, finer * 2 * tubes);
     AD_TAKE(x, fine.edges, finer_edges);
-    AD_TAKE(x, forces, 2 * outputs * SOLVE_MEMBERS_FORCES);
+    AD_TAKE(x, forces, 2 * outputs * x->carrying);
     AD_TAKE(x, turns, outputs);
-    AD_TAKE(x, columns, (size_t)x->group->count * outputs * STRAIN_DERIVED);
+    AD_TAKE(x, columns, (size_t)x->group->count * outputs * x->derived);
 }
 
 static ad_status allocate(strain_jacobian *x, ad_error *error)
@@ -82,6 +84,8 @@ ad_status strain_jacobian_create(strain_group *group, solve_rod *changes, strain
     }
     *x = (strain_jacobian){.group = group, .changes = changes};
     const strain_level *of = level_of(x);
+    x->carrying = SOLVE_MEMBERS_FORCES + 2 * (size_t)of->form->kind.tubes;
+    x->derived = SOLVE_MEMBERS_COLUMNS + x->carrying;
     ad_status status = strain_level_create(changes, of->stages, of->elements, of->edges, true, 0,
                                            NULL, &x->by, error);
     status = status == AD_OK ? allocate(x, error) : status;
@@ -390,6 +394,11 @@ static void solve(strain_jacobian *x, bool carries)
     for (int i = 0; i < form->nodes; i++) {
         memcpy(x->strains + 3 * i, strains[i], 3 * sizeof *x->strains);
     }
+    for (int i = 0; i < form->nodes * form->kind.tubes; i++) {
+        const int node = i / form->kind.tubes, k = i % form->kind.tubes;
+        x->twisted[2 * i] = form->tube_turned[k * form->nodes + node];
+        x->twisted[2 * i + 1] = x->sought[torsion_at(form, node, k)];
+    }
     const strain_link *link = &x->group->beyond;
     strain_level_sample(link, level_of(x), fine_of(x), 3, x->sought, x->fine.u);
     strain_level_sample(link, level_of(x), fine_of(x), 3, x->strains, x->fine.v);
@@ -417,7 +426,7 @@ ad_status strain_jacobian_run(strain_jacobian *x, size_t members, const double *
         strain_columns_put_forces(x, members, to->forces);
     }
     for (int first = from; first < count && slopes; first += copies) {
-        lanes *columns = x->columns + (size_t)((first - from) / copies) * outputs * STRAIN_DERIVED;
+        lanes *columns = x->columns + (size_t)((first - from) / copies) * outputs * x->derived;
         int which[LANES];
         for (int lane = 0; lane < LANES; lane++) { /* of each parameter all members */
             const int parameter = first + lane / (int)members;

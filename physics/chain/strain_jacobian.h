@@ -23,8 +23,8 @@ void strain_jacobian_free(strain_jacobian *jacobian); /* NULL is allowed */
 /* Each may be NULL. */
 typedef struct strain_derived {
     double *jacobian; /* [members][outputs][SOLVE_MEMBERS_COLUMNS][count - from] */
-    double *forces;   /* [members][outputs][SOLVE_MEMBERS_FORCES] */
-    double *by;       /* [members][outputs][SOLVE_MEMBERS_FORCES][count - from] */
+    double *forces;   /* [members][outputs][solve_members_carried] */
+    double *by;       /* [members][outputs][solve_members_carried][count - from] */
 } strain_derived;
 
 /* Of `members`, at most LANES, as solve_members_forces. */

@@ -6,9 +6,6 @@
 #include "physics/chain/solve_members.h"
 #include "physics/chain/strain_jacobian.h"
 
-/* Numbers of an output that change. */
-enum { STRAIN_DERIVED = SOLVE_MEMBERS_COLUMNS + SOLVE_MEMBERS_FORCES };
-
 /* At a point: what actuators and the law of the section leave of the wrench, (1 + C T_vv)^-1, T_uv.
  */
 typedef struct softness {
@@ -19,7 +16,7 @@ typedef struct softness {
  */
 typedef struct finer {
     lanes *u, *v, *turning, *slopes; /* [nodes][3] */
-    lanes *carried;                  /* [nodes][6] N, M, or what they change by */
+    lanes *carried, *twisted;        /* [nodes][6] N, M, or what they change by; as below */
     lanes (*edges)[2][3];            /* [elements + 1] turn, position */
 } finer;
 
@@ -34,11 +31,13 @@ struct strain_jacobian {
     softness *softness;             /* [nodes] */
     lanes *sought, *left, *strains; /* [unknowns] what changes; [nodes][6]; [nodes][3] u or v */
     lanes (*carried)[6];            /* [nodes] N, M, or what they change by */
+    lanes *twisted;                 /* [nodes][2 tubes] theta and torsion of each, or the same */
     finer fine;
-    lanes *forces;     /* [2][outputs][SOLVE_MEMBERS_FORCES] world, body */
+    lanes *forces;     /* [2][outputs][carrying] world, body */
     lanes (*turns)[3]; /* [outputs] world, of a parameter */
     lanes *columns; /* [count] of one parameter after the other, or of several in different lanes,
                      * [outputs][SOLVE_MEMBERS_COLUMNS] and then as forces */
+    size_t carrying, derived; /* solve_members_carried, and with these columns */
     ad_memory memory;
 };
 
@@ -53,7 +52,7 @@ static inline strain_level *fine_of(const strain_jacobian *x)
     return level_of(x) + STRAIN_BEYOND;
 }
 
-/* x->forces of the rod as it is linearised, and forces [members][outputs][SOLVE_MEMBERS_FORCES]. */
+/* x->forces of the rod as it is linearised, and forces [members][outputs][carrying]. */
 void strain_columns_carry(strain_jacobian *x);
 void strain_columns_put_forces(strain_jacobian *x, size_t members, double *forces);
 

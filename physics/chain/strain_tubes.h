@@ -73,6 +73,7 @@ PROCESSOR_INLINE void turn_tube(strain_form *form, const strain_tube *of, int la
         sum_on(form, e, false, rate, &theta, angle);
         for (int i = 0; i < n; i++) {
             const int node = e * n + i;
+            of->theta[node] = angle[i];
             for (int lane = 0; lane < LANES; lane++) {
                 of->turn[node][0][lane] = cos(angle[i][lane]);
                 of->turn[node][1][lane] = sin(angle[i][lane]);
@@ -82,6 +83,9 @@ PROCESSOR_INLINE void turn_tube(strain_form *form, const strain_tube *of, int la
             lanes_law_tube(form->at[node].u, of->turn[node], of->numbers[node], of->gradient[node],
                            of->second[node]);
         }
+    }
+    for (int i = last * n; i < form->nodes; i++) {
+        of->theta[i] = theta;
     }
 }
 
@@ -133,7 +137,7 @@ PROCESSOR_INLINE void rows_of_tube(strain_form *form, int k, lanes (*gradients)[
     const int n = form->kind.stages, last = elements_of(form, of);
     lanes theta = of->yielding * direction[torsion_at(form, -1, k)], torsion = NO_LANES;
     lanes rate[GAUSS_STAGES_MAX], measured[GAUSS_STAGES_MAX];
-    lanes *turned = form->tube_turned;
+    lanes *turned = form->tube_turned + k * form->nodes;
     if (base) {
         theta += *base;
     }
@@ -170,6 +174,9 @@ PROCESSOR_INLINE void rows_of_tube(strain_form *form, int k, lanes (*gradients)[
         memset(measured, 0, sizeof measured);
         if (e < last) {
             sum_on(form, e, true, rate, &torsion, measured);
+        }
+        for (int i = e * n; i < (e + 1) * n && e >= last; i++) {
+            turned[i] = theta;
         }
         for (int i = 0; i < n; i++) {
             const int row = torsion_at(form, e * n + i, k);

@@ -149,6 +149,7 @@ typedef struct strain_shape {
     ad_value moment[3];   /* m, body */
     ad_value strain[3];   /* v */
     ad_value curvature[3];
+    ad_value twist[2 * SCENE_TUBES_MAX]; /* theta and torsion of each concentric tube */
 } strain_shape;
 
 /* At places s [places], ascending, of the length: Magnus' steps of rotation and position together
@@ -156,9 +157,10 @@ typedef struct strain_shape {
 strain_shape strain_rod_shape(const strain_rod *rod, ad_value curvature, ad_value state, int places,
                               const double *s);
 
-/* The same in SI units: columns which [count] of cpinn-eval, of 0 r, 3 q, 7 v, 10 u, 13 n, 16 m;
- * [count][places]. */
-enum { STRAIN_COLUMNS = 19 };
+/* The same in SI units: columns which [count] of cpinn-eval, of 0 r, 3 q, 7 v, 10 u, 13 n, 16 m, 19
+ * theta and torsion of each tube; [count][places]. */
+enum { STRAIN_COLUMNS = 19, STRAIN_COLUMNS_MAX = STRAIN_COLUMNS + 2 * SCENE_TUBES_MAX };
+int strain_columns(const scene *open);
 ad_value strain_rod_columns(const strain_rod *rod, ad_value curvature, ad_value state, int places,
                             const double *s, int count, const int *which);
 

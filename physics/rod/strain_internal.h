@@ -121,7 +121,8 @@ typedef struct strain_state {
     ad_value angle[SCENE_TENDONS_MAX];   /* [nodes] sought with friction */
     ad_value pull[SCENE_ACTUATORS_MAX];
     ad_value base[SCENE_TUBES_MAX], torsion[SCENE_TUBES_MAX]; /* [nodes], both sought */
-    ad_value tube[SCENE_TUBES_MAX][LAW_WRENCH]; /* gradients of their energies there */
+    ad_value theta[SCENE_TUBES_MAX];                          /* [nodes] */
+    ad_value tube[SCENE_TUBES_MAX][LAW_WRENCH]; /* gradients of their energies, within it */
     along_turn turn;
     along_matrix R;
     along load_rate[2]; /* f, l, world */

@@ -192,7 +192,7 @@ strain_shape strain_rod_shape(const strain_rod *rod, ad_value curvature, ad_valu
 {
     steps all;
     int after[STRAIN_STEPS_MAX], counts[STRAIN_ELEMENTS_MAX];
-    along parts[4][STRAIN_ELEMENTS_MAX], joined[4];
+    along parts[4 + SCENE_TUBES_MAX][STRAIN_ELEMENTS_MAX], joined[4 + SCENE_TUBES_MAX];
     strain_state state;
     strain_shape shape = {.position = {{0}}};
     if (places > STRAIN_STEPS_MAX / 2) {
@@ -213,8 +213,12 @@ strain_shape strain_rod_shape(const strain_rod *rod, ad_value curvature, ad_valu
         parts[1][e] = strain_add(state.edge_moment[e + 1], at_places(rod, e, rate, &g, true));
         parts[2][e] = at_places(rod, e, state.strain, &g, false);
         parts[3][e] = at_places(rod, e, state.curvature, &g, false);
+        for (int i = 0; i < rod->tubes; i++) {
+            const along twist = {{state.theta[i], state.torsion[i], ad_scalar(rod->tape, 0)}};
+            parts[4 + i][e] = at_places(rod, e, twist, &g, false);
+        }
     }
-    for (int i = 0; i < 4; i++) {
+    for (int i = 0; i < 4 + rod->tubes; i++) {
         joined[i] = strain_join(rod->mesh.elements, counts, parts[i]);
     }
     along_turn q;
@@ -228,6 +232,9 @@ strain_shape strain_rod_shape(const strain_rod *rod, ad_value curvature, ad_valu
             ad_value x = joined[i].x[c];
             to[i][c] = ad_rows(x) == places ? x : ad_repeat(x, places);
         }
+    }
+    for (int i = 0; i < 2 * rod->tubes; i++) {
+        shape.twist[i] = joined[4 + i / 2].x[i % 2];
     }
     return shape;
 }
@@ -256,7 +263,10 @@ ad_value strain_rod_columns(const strain_rod *rod, ad_value curvature, ad_value 
                   {shape.curvature, 3, 1 / scale->length},
                   {shape.force, 3, scale->force},
                   {shape.moment, 3, scale->moment}};
-    ad_value all[STRAIN_COLUMNS], columns[STRAIN_COLUMNS];
+    ad_value all[STRAIN_COLUMNS_MAX], columns[STRAIN_COLUMNS_MAX];
+    for (int i = 0; i < 2 * rod->tubes; i++) {
+        all[STRAIN_COLUMNS + i] = ad_scale(shape.twist[i], i % 2 ? scale->moment : 1);
+    }
     for (int f = 0, c = 0; f < 6; f++) {
         for (int k = 0; k < fields[f].rows; k++) {
             const ad_value of =

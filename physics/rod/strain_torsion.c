@@ -4,6 +4,11 @@
 /* Rows of the gradient of a tube's energy beyond those by u. */
 enum { BY_THETA = 3, BY_TORSION };
 
+int strain_columns(const scene *open)
+{
+    return STRAIN_COLUMNS + 2 * open->tube_count;
+}
+
 int strain_twisting(const scene *open, int nodes)
 {
     return open->tube_count * (1 + nodes);
@@ -91,7 +96,13 @@ void strain_torsion_turn(const strain_rod *rod, ad_value sought, int first, stra
         ad_value theta = ad_add(of->turned, ad_mul(of->yielding, state->base[i]));
         record(rod, state, i, theta, state->tube[i]);
         const ad_value rate = ad_neg(state->tube[i][BY_TORSION]); /* of any theta */
-        record(rod, state, i, integral(rod, of->elements, false, rate, &theta), state->tube[i]);
+        const ad_value at = integral(rod, of->elements, false, rate, &theta);
+        const int beyond = rod->nodes - ad_rows(at);
+        record(rod, state, i, at, state->tube[i]);
+        state->theta[i] = at;
+        if (beyond > 0) {
+            state->theta[i] = ad_stack(2, (ad_value[]){at, ad_repeat(theta, beyond)});
+        }
     }
 }
 

@@ -413,7 +413,7 @@ static void check_family(const char *text, bool single, int column)
                     (single ? text == plain : text == robot || text == held || text == tubular),
         .open = &given->scene,
         .single = single,
-        .columns = column < 0 ? STRAIN_COLUMNS : 1,
+        .columns = column < 0 ? strain_columns(&given->scene) : 1,
         .values = &unmeasured,
         .places = PLACES,
         .s = places,

@@ -9,11 +9,13 @@
 
 enum {
     POINTS = 4,
-    COLUMNS = SOLVE_MEMBERS_COLUMNS + SOLVE_MEMBERS_FORCES,
     FIRST_FORCE = SOLVE_MEMBERS_COLUMNS,
-    WIDTH = POINTS * COLUMNS,
+    FIRST_TUBE = SOLVE_MEMBERS_COLUMNS + SOLVE_MEMBERS_FORCES,
+    MOST = POINTS * (FIRST_TUBE + 2 * SCENE_TUBES_MAX),
     PARAMETERS = 3
 };
+
+static int columns; /* of the scene at hand */
 
 static const cpinn_polish alone = {.alone = true};
 
@@ -104,6 +106,15 @@ static const struct {
             "rest: {curvature: [b, 0, a]}}\n"
             "loads: {gravity: [0, 0, -0.981]}\n"
             "tendons: [{offset: [0.004, 0], tension: 0.2 + 0.1*a}]\n"},
+    {"tubes",
+     FAMILY "}\nrod: {model: kirchhoff, " ROD ", rest: {curvature: [3 + b, 1, 0.5]}}\n"
+            "tubes: [{section: {radius: 3e-3, inner_radius: 2.6e-3}, end: 0.2, turned: 0.8 + a,\n"
+            "  material: {youngs_modulus: young, poissons_ratio: 0.4, density: 1200},\n"
+            "  rest: {curvature: [\"4 - 5*s\", b, 0]}, transmission: 0.05},\n"
+            "  {section: {radius: 4e-3, inner_radius: 3.6e-3}, end: 0.1, turned: b,\n"
+            "  material: {youngs_modulus: 1e7, poissons_ratio: 0.4, density: 1200},\n"
+            "  rest: {curvature: [2, 0, 0]}}]\n"
+            "loads: {gravity: [0, 0, -0.981], tip: {force: [0.002, 0.001*a, 0]}}\n"},
 };
 
 static void assert_good(ad_status status, const char *name, const ad_error *error)
@@ -115,9 +126,9 @@ static void assert_good(ad_status status, const char *name, const ad_error *erro
 
 /* Of fourth order: h^4 of fifth derivatives, and what is left of members over h. */
 static void differ(const char *name, cpinn_family *x, const double *at, int parameter,
-                   double by[WIDTH])
+                   double by[MOST])
 {
-    static double moved[4][WIDTH];
+    static double moved[4][MOST];
     const scene_parameter *p = cpinn_family_parameter(x, parameter);
     const double h = 0.005 * (p->high - p->low);
     ad_error error = {.message = ""};
@@ -129,7 +140,7 @@ static void differ(const char *name, cpinn_family *x, const double *at, int para
         assert_good(cpinn_family_answer(x, &alone, 1, there, moved[side], NULL, &said, &error),
                     name, &error);
     }
-    for (int i = 0; i < WIDTH; i++) {
+    for (int i = 0; i < POINTS * columns; i++) {
         by[i] = (8 * (moved[2][i] - moved[1][i]) - (moved[3][i] - moved[0][i])) / (12 * h);
     }
 }
@@ -137,7 +148,7 @@ static void differ(const char *name, cpinn_family *x, const double *at, int para
 /* Forces and moments are those of the other solver, whose mesh and unknowns are others: to ten
  * times what it is asked for, of the largest, or of EI/L^2 and EI/L where these are less. */
 static void compare_values(const char *name, cpinn_family *x, const scene *open, const double *at,
-                           const double *s, const double values[WIDTH])
+                           const double *s, const double *values)
 {
     static const double TOLERANCE = 1e-9, unit[] = {1.4e-3, 4e-4};
     static double solved[MODEL_COLUMNS_MAX * POINTS];
@@ -147,41 +158,46 @@ static void compare_values(const char *name, cpinn_family *x, const scene *open,
     scene_member(open, at, &one);
     assert_good(cpinn_solve_scene(&one, TOLERANCE, 0, NULL, &found, &error), name, &error);
     assert_good(cpinn_solution_evaluate(found, POINTS, s, NULL, solved, &error), name, &error);
-    for (int part = 0; part < 2; part++) {
-        double largest = unit[part], off = 0;
-        for (int c = FIRST_FORCE + 3 * part; c < FIRST_FORCE + 3 * part + 3; c++) {
+    for (int part = 0; part < 2 + columns - FIRST_TUBE; part++) {
+        const int first = part < 2 ? FIRST_FORCE + 3 * part : FIRST_TUBE + part - 2;
+        double largest = unit[part % 2], off = 0;
+        for (int c = first; c < first + (part < 2 ? 3 : 1); c++) {
             assert_string_equal(cpinn_family_column_name(x, c),
                                 cpinn_solution_column_name(found, c));
             for (int i = 0; i < POINTS; i++) {
                 largest = fmax(largest, fabs(solved[c * POINTS + i]));
-                off = fmax(off, fabs(values[i * COLUMNS + c] - solved[c * POINTS + i]));
+                off = fmax(off, fabs(values[i * columns + c] - solved[c * POINTS + i]));
             }
         }
         if (!(off <= 10 * TOLERANCE * largest)) {
-            fail_msg("%s: %s off by %g of %g", name, part ? "moment" : "force", off, largest);
+            fail_msg("%s: %s off by %g of %g", name, cpinn_family_column_name(x, first), off,
+                     largest);
         }
     }
     cpinn_solution_free(found);
 }
 
-/* To 1e-7 of the largest, each of positions, rotations, strains, curvatures, forces and moments:
+/* To 1e-7 of the largest, each of positions, rotations, strains, curvatures, forces and moments, of
+ * angles and of torsions of tubes:
  * where members are solved to 1e-12 the worst are within 4e-8. Strains of a rod without any stay
  * without, and forces of one on which nothing acts but tendons. */
 static void compare(const char *name, const double *jacobian, int parameter, const double *by)
 {
-    static const int first[] = {0, 3, 7, 10, FIRST_FORCE, FIRST_FORCE + 3, COLUMNS};
-    for (int part = 0; part < 6; part++) {
+    static const int first[] = {0, 3, 7, 10, FIRST_FORCE, FIRST_FORCE + 3, FIRST_TUBE};
+    for (int part = 0; part < 6 + columns - FIRST_TUBE; part++) {
+        const int begin = part < 6 ? first[part] : FIRST_TUBE + part - 6;
+        const int end = part < 6 ? first[part + 1] : begin + 1;
         double largest = 0, off = 0;
-        for (int i = 0; i < WIDTH; i++) {
-            if (i % COLUMNS >= first[part] && i % COLUMNS < first[part + 1]) {
+        for (int i = 0; i < POINTS * columns; i++) {
+            if (i % columns >= begin && i % columns < end) {
                 const double slope = jacobian[i * PARAMETERS + parameter];
                 largest = fmax(largest, fabs(slope));
                 off = fmax(off, isnan(slope) ? INFINITY : fabs(slope - by[i]));
             }
         }
         if (!(off <= 1e-7 * largest)) {
-            fail_msg("%s, parameter %d, columns from %d: %g of %g", name, parameter, first[part],
-                     off, largest);
+            fail_msg("%s, parameter %d, columns from %d: %g of %g", name, parameter, begin, off,
+                     largest);
         }
     }
 }
@@ -192,16 +208,17 @@ static void compare_alone(const char *name, cpinn_family *x)
     enum { MEMBERS = 3 };
     static const double at[MEMBERS][PARAMETERS] = {
         {0.96e7, 0.5, 0.2}, {1.1e7, 0.3, -0.1}, {0.9e7, 0.6, 0.4}};
-    static double values[MEMBERS * WIDTH], together[MEMBERS][WIDTH * PARAMETERS],
-        one[WIDTH * PARAMETERS];
+    static double values[MEMBERS * MOST], together[MEMBERS * MOST * PARAMETERS],
+        one[MOST * PARAMETERS];
+    const size_t numbers = (size_t)(POINTS * columns * PARAMETERS);
     cpinn_answer said[MEMBERS];
     ad_error error = {.message = ""};
-    assert_good(cpinn_family_answer(x, &alone, MEMBERS, at[0], values, together[0], said, &error),
+    assert_good(cpinn_family_answer(x, &alone, MEMBERS, at[0], values, together, said, &error),
                 name, &error);
     for (int i = 0; i < MEMBERS; i++) {
         assert_good(cpinn_family_answer(x, &alone, 1, at[i], values, one, said, &error), name,
                     &error);
-        if (memcmp(one, together[i], sizeof one) != 0) {
+        if (memcmp(one, together + (size_t)i * numbers, numbers * sizeof *one) != 0) {
             fail_msg("%s: member %d alone has other derivatives", name, i);
         }
     }
@@ -212,7 +229,7 @@ static void test_derivatives(void **state)
     (void)state;
     /* Where something jumps, too. */
     static const double s[POINTS] = {0.06, 0.1, 0.2, 0.3}, at[PARAMETERS] = {0.96e7, 0.5, 0.2};
-    static double values[WIDTH], jacobian[WIDTH * PARAMETERS], by[WIDTH];
+    static double values[MOST], jacobian[MOST * PARAMETERS], by[MOST];
     const cpinn_family_settings settings = {.threads = 1, .points = POINTS, .s = s, .forces = true};
     for (size_t i = 0; i < sizeof scenes / sizeof *scenes; i++) {
         const char *name = scenes[i].name;
@@ -222,12 +239,13 @@ static void test_derivatives(void **state)
         ad_error error = {.message = ""};
         assert_good(prepare_read(name, scenes[i].text, 0, NULL, &read, &error), name, &error);
         assert_good(cpinn_family_prepare(&read->scene, 1e-12, &settings, &x, &error), name, &error);
+        columns = cpinn_family_columns(x);
+        assert_int_equal(columns, FIRST_TUBE + 2 * read->scene.tube_count);
         assert_good(cpinn_family_answer(x, &alone, 1, at, values, jacobian, &said, &error), name,
                     &error);
         if (said.source != CPINN_FROM_MEMBERS || !(said.error <= 1e-11)) {
             fail_msg("%s: %s, error %g", name, cpinn_reason_word(said.reason), said.error);
         }
-        assert_int_equal(cpinn_family_columns(x), COLUMNS);
         compare_values(name, x, &read->scene, at, s, values);
         for (int k = 0; k < PARAMETERS; k++) {
             differ(name, x, at, k, by);

@@ -450,7 +450,7 @@ static void write_wall(const export_family *family, FILE *file)
 static void write_constants(const export_family *family, FILE *file)
 {
     const int count = family->open->parameter_count;
-    const char *names[STRAIN_COLUMNS];
+    const char *names[STRAIN_COLUMNS_MAX];
     export_put_parameters(family->name, "parameter_names", family->open, family->single, file);
     fprintf(file, "const %s %s_places[%d] = ", type_of(family), family->name, family->places);
     export_put_list((size_t)family->places, family->s, scene_length(family->open), family->single,

@@ -22,17 +22,17 @@ typedef struct export_wall {
 } export_wall;
 
 typedef struct export_family {
-    const char *name;                   /* a C identifier */
-    const char *about;                  /* of the comment of the header: a few words */
-    const scene *open;                  /* with parameters that have ranges */
-    strain_mesh mesh;                   /* of the curvature */
-    bool single;                        /* float in place of double */
-    bool tip;                           /* functions of the end by itself */
-    bool shape_by;                      /* derivatives of the whole shape */
-    int places;                         /* of the shape */
-    const double *s;                    /* [places], ascending, of the length; the last one 1 */
-    int columns, which[STRAIN_COLUMNS]; /* of the shape, of strain_rod_columns */
-    double tolerance;                   /* without a network, of the curvature times the length */
+    const char *name;                       /* a C identifier */
+    const char *about;                      /* of the comment of the header: a few words */
+    const scene *open;                      /* with parameters that have ranges */
+    strain_mesh mesh;                       /* of the curvature */
+    bool single;                            /* float in place of double */
+    bool tip;                               /* functions of the end by itself */
+    bool shape_by;                          /* derivatives of the whole shape */
+    int places;                             /* of the shape */
+    const double *s;                        /* [places], ascending, of the length; the last one 1 */
+    int columns, which[STRAIN_COLUMNS_MAX]; /* of the shape, of strain_rod_columns */
+    double tolerance; /* without a network, of the curvature times the length */
     /* NULL: members follow their loads from the unstressed rod (EXPORT_CODE). Else it
      * records the curvature times the length, and torsions, [3 + tubes][nodes], at coordinates x
      * [parameters], 0 to 1 over their ranges; with `weights`, its parameters. */
@@ -52,9 +52,9 @@ typedef struct export_family {
      * times the length by the network, and after `steps`, with torsions. */
     int members, steps;
     const double *parameters, *curvature,
-        *polished;                /* [members][parameters], [nodes][3 + tubes] twice */
-    const double *shapes;         /* then, [compared][columns] */
-    double scale[STRAIN_COLUMNS]; /* of each of the columns */
+        *polished;                    /* [members][parameters], [nodes][3 + tubes] twice */
+    const double *shapes;             /* then, [compared][columns] */
+    double scale[STRAIN_COLUMNS_MAX]; /* of each of the columns */
     /* Differences from these that cc has measured, by the scales: of the curvature by the network
      * and after a step, then of each column and its derivatives. NaN: not measured. */
     const double *values, *derivatives; /* [1 + columns] */

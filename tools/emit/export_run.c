@@ -20,7 +20,7 @@ static bool allocate(export_model *model, numbers *n)
     const size_t count = (size_t)model->family.open->parameter_count;
     const size_t rows = solve_members_numbers(targets_solver(model->e->targets));
     const size_t shape = (size_t)TARGETS_POINTS * SOLVE_MEMBERS_COLUMNS;
-    const size_t member = rows + (size_t)EXPORT_COMPARED * STRAIN_COLUMNS + shape;
+    const size_t member = rows + (size_t)EXPORT_COMPARED * STRAIN_COLUMNS_MAX + shape;
     model->family_numbers =
         calloc(EXPORT_PLACES_MAX + EXPORT_JUDGED * (count + rows) + MEMBERS * (rows + member),
                sizeof *model->family_numbers);
@@ -29,7 +29,7 @@ static bool allocate(export_model *model, numbers *n)
     n->said = n->s ? n->parameters + EXPORT_JUDGED * count : NULL;
     n->polished = n->s ? n->said + EXPORT_JUDGED * rows : NULL;
     n->shapes = n->s ? n->polished + MEMBERS * rows : NULL;
-    n->curvature = n->s ? n->shapes + MEMBERS * EXPORT_COMPARED * STRAIN_COLUMNS : NULL;
+    n->curvature = n->s ? n->shapes + MEMBERS * EXPORT_COMPARED * STRAIN_COLUMNS_MAX : NULL;
     n->values = n->s ? n->curvature + MEMBERS * rows : NULL;
     return n->s != NULL;
 }
@@ -44,8 +44,9 @@ static ad_status find_shapes(export_model *model, const numbers *n, const solve_
     export_family *f = &model->family;
     int which[EXPORT_COMPARED];
     const int compared = export_family_compared(f, which), rows = MEMBERS * compared;
+    const int columns = strain_columns(f->open);
     double s[EXPORT_COMPARED];
-    double shapes[MEMBERS * EXPORT_COMPARED * STRAIN_COLUMNS];
+    double shapes[MEMBERS * EXPORT_COMPARED * STRAIN_COLUMNS_MAX];
     for (int i = 0; i < compared; i++) {
         s[i] = f->s[which[i]];
     }
@@ -55,7 +56,7 @@ static ad_status find_shapes(export_model *model, const numbers *n, const solve_
     for (int i = 0; i < MEMBERS && status == AD_OK; i++) {
         const double *solved =
             n->values + ((size_t)i * TARGETS_POINTS + TARGETS_POINTS - 1) * SOLVE_MEMBERS_COLUMNS;
-        const double *tip = shapes + ((i + 1) * compared - 1) * STRAIN_COLUMNS;
+        const double *tip = shapes + ((i + 1) * compared - 1) * columns;
         for (int k = 0; k < POSITION && status == AD_OK && answers[i].trusted; k++) {
             if (!(fabs(tip[k] - solved[k]) <= 1e-5 * scene_length(f->open))) {
                 status = ad_fail(error, AD_BAD_PROGRAM, "the tip of member %d is at %.9g, not %.9g",
@@ -64,7 +65,7 @@ static ad_status find_shapes(export_model *model, const numbers *n, const solve_
         }
     }
     for (int to = 0; to < rows * f->columns && status == AD_OK; to++) {
-        const int from = to / f->columns * STRAIN_COLUMNS + f->which[to % f->columns];
+        const int from = to / f->columns * columns + f->which[to % f->columns];
         n->shapes[to] = shapes[from];
     }
     return status;

@@ -17,7 +17,7 @@ typedef struct finder {
     size_t tubes, curved;                 /* the first of the curvature, after torsions */
     size_t tensions;                      /* of the held, the last */
     double arm[SCENE_TENDONS_MAX];        /* of their tendons (strain_arms) */
-    size_t rows;                          /* of a shape */
+    size_t columns, rows;                 /* of a shape */
     double length;
     ad_program *residual;      /* its derivatives along a direction */
     ad_program *left, *values; /* the residual, the shape */
@@ -51,7 +51,7 @@ static ad_status record(finder *x, ad_tape *tape, const strain_settings *setting
                         const export_shapes *asked, ad_error *error)
 {
     const int n = (int)x->unknowns, m = (int)x->count, points = (int)asked->points;
-    int which[STRAIN_COLUMNS];
+    int which[STRAIN_COLUMNS_MAX];
     ad_pool *pool = asked->pool;
     ad_value each[SCENE_PARAMETERS_MAX];
     strain_rod *rod = NULL;
@@ -62,7 +62,7 @@ static ad_status record(finder *x, ad_tape *tape, const strain_settings *setting
     for (int i = 0; i < settings->count; i++) {
         each[i] = ad_row(parameters, i);
     }
-    for (int i = 0; i < STRAIN_COLUMNS; i++) {
+    for (int i = 0; i < (int)x->columns; i++) {
         which[i] = i;
     }
     ad_status status = strain_rod_create(settings, at, each, &rod, error);
@@ -79,7 +79,7 @@ static ad_status record(finder *x, ad_tape *tape, const strain_settings *setting
         }
         if (status == AD_OK) {
             const ad_value shape =
-                strain_rod_columns(rod, curvature, state, points, asked->s, STRAIN_COLUMNS, which);
+                strain_rod_columns(rod, curvature, state, points, asked->s, (int)x->columns, which);
             status = compile(shape, pool, &x->values, error);
         }
     }
@@ -121,7 +121,8 @@ static ad_status create(finder *x, const export_shapes *asked, ad_error *error)
                   .tubes = (size_t)open->tube_count,
                   .tensions = (size_t)strain_tensions(open),
                   .count = (size_t)settings.count,
-                  .rows = STRAIN_COLUMNS * asked->points,
+                  .columns = (size_t)strain_columns(open),
+                  .rows = (size_t)strain_columns(open) * asked->points,
                   .members = asked->members,
                   .length = scene_length(&one)};
     x->curved = x->forces + (size_t)strain_twisting(open, (int)nodes);
@@ -259,8 +260,8 @@ static ad_status find(finder *x, const export_shapes *asked, double *values, ad_
     status = status == AD_OK ? run(x, x->values, members, 1, error) : status;
     for (size_t i = 0; i < members * x->rows && status == AD_OK; i++) { /* of [columns][points] */
         const size_t row = i % x->rows;
-        values[i] = x->results[(row % STRAIN_COLUMNS * points + row / STRAIN_COLUMNS) * members +
-                               i / x->rows];
+        values[i] =
+            x->results[(row % x->columns * points + row / x->columns) * members + i / x->rows];
     }
     return status;
 }

@@ -15,7 +15,7 @@ typedef struct export_shapes {
     const double *parameters, *curvature; /* [members][count], [members][nodes][3 + tubes], 1/m */
 } export_shapes;
 
-/* values [members][points][STRAIN_COLUMNS]. AD_BAD_ARGUMENT: what the strain form on a tape does
+/* values [members][points][strain_columns]. AD_BAD_ARGUMENT: what the strain form on a tape does
  * not know (strain_check); AD_NO_MEMORY. */
 ad_status export_shapes_find(const export_shapes *asked, double *values, ad_error *error);
 

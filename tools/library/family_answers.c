@@ -439,11 +439,10 @@ static ad_status answer_with_forces(cpinn_family *family, const cpinn_polish *po
     const ad_status status =
         answer_chunk(family, polish, true, members, parameters, values, jacobian, answers, error);
     if (status == AD_OK) {
-        set_beside(rows, columns, SOLVE_MEMBERS_FORCES, family->carried, values);
+        set_beside(rows, columns, family->more, family->carried, values);
     }
     if (status == AD_OK && jacobian) {
-        set_beside(rows, columns * count, SOLVE_MEMBERS_FORCES * count, family->carried_by,
-                   jacobian);
+        set_beside(rows, columns * count, family->more * count, family->carried_by, jacobian);
     }
     return status;
 }

@@ -55,9 +55,9 @@ static ad_status create(export_family *f, member_code **result, ad_error *error)
     return AD_OK;
 }
 
-static int columns_of(bool forces)
+static int columns_of(const scene *open, bool forces)
 {
-    return SOLVE_MEMBERS_COLUMNS + (forces ? SOLVE_MEMBERS_FORCES : 0);
+    return forces ? strain_columns(open) : SOLVE_MEMBERS_COLUMNS;
 }
 
 static ad_status check_points(size_t points, ad_error *error)
@@ -76,7 +76,8 @@ ad_status member_code_create(const experiment *e, bool forces, size_t points, co
     *result = NULL;
     ad_status status = check_points(points, error);
     if (status == AD_OK) {
-        status = export_family_at(e, columns_of(forces), (int)points, s, &f, &numbers, error);
+        status =
+            export_family_at(e, columns_of(e->scene, forces), (int)points, s, &f, &numbers, error);
     }
     status = status == AD_OK ? create(&f, result, error) : status;
     free(numbers);
@@ -207,7 +208,7 @@ ad_status member_code_create_solver(const scene *open, bool forces, solve_member
     ad_status status = check_points(settings->points, error);
     status = status == AD_OK ? check_kind(open, settings->ranks, error) : status;
     if (status == AD_OK) {
-        status = export_family_solved(open, solver, settings->tolerance, columns_of(forces),
+        status = export_family_solved(open, solver, settings->tolerance, columns_of(open, forces),
                                       (int)settings->points, settings->s, &f, &numbers, error);
     }
     status = status == AD_OK ? create(&f, result, error) : status;

@@ -12,7 +12,7 @@ typedef struct member_code member_code;
 enum { MEMBER_CODE_POINTS_MAX = 60 };
 
 /* Shapes at s [points], m, of a run that outlives it: SOLVE_MEMBERS_COLUMNS of its columns, or with
- * `forces` SOLVE_MEMBERS_FORCES more. Waits for the compiler where nothing is kept.
+ * `forces` solve_members_carried more. Waits for the compiler where nothing is kept.
  * AD_IO: no compiler, or no folder for what it makes; AD_BAD_ARGUMENT: strain_check, too many
  * points; AD_NO_MEMORY.
  */

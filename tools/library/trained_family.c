@@ -75,7 +75,7 @@ static ad_status create_solver(cpinn_family *family, bool by_itself, ad_error *e
 static ad_status make_room(cpinn_family *family, ad_error *error)
 {
     const size_t count = (size_t)family->count, width = family->points * (size_t)family->columns,
-                 carried = family->forces ? family->points * SOLVE_MEMBERS_FORCES : 0,
+                 carried = family->points * family->more,
                  most = CHUNK_NUMBERS / (width + carried * (1 + count) + 1);
     family->chunk = most >= CHUNK ? CHUNK : most > 16 ? most / 16 * 16 : 16;
     AD_TAKE(family, curvature, family->chunk * family->numbers + 1);
@@ -117,6 +117,7 @@ ad_status cpinn_family_prepare(const scene *open, double tolerance,
     }
     family->columns = family->solver ? SOLVE_MEMBERS_COLUMNS : solution_columns(open);
     family->forces = family->solver && settings->forces;
+    family->more = family->forces ? solve_members_carried(family->solver) : 0;
     status = status == AD_OK ? make_room(family, error) : status;
     if (status != AD_OK) {
         cpinn_family_free(family);
@@ -315,7 +316,7 @@ const scene_parameter *cpinn_family_parameter(const cpinn_family *family, int in
 
 int cpinn_family_columns(const cpinn_family *family)
 {
-    return family->columns + (family->forces ? SOLVE_MEMBERS_FORCES : 0);
+    return family->columns + (int)family->more;
 }
 
 const char *cpinn_family_column_name(const cpinn_family *family, int column)

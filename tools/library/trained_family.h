@@ -38,6 +38,7 @@ struct cpinn_family {
     double *s, *t;                        /* [points]; t NULL at rest */
     int columns;                          /* without forces */
     bool forces;                          /* are columns, too, */
+    size_t more;                          /* so many */
     solve_members *solver;                /* NULL: */
     ad_error why_not;
     bool solves_all; /* without that and a network: solution_create answers, and `tolerance` 0 is
@@ -51,7 +52,7 @@ struct cpinn_family {
     size_t *which;             /* [chunk] their places */
     solve_answer *refined;     /* [chunk] */
     solve_member *solved;      /* [chunk] */
-    /* With forces, else NULL: [chunk][points][SOLVE_MEMBERS_FORCES], their derivatives [..][count],
+    /* With forces, else NULL: [chunk][points][more], their derivatives [..][count],
      * and what is said of members of which nobody asks. */
     double *carried, *carried_by;
     cpinn_answer *unasked; /* [chunk] */

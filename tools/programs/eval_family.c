@@ -88,8 +88,11 @@ static ad_status gather(eval_family *eval, ad_error *error)
     return status;
 }
 
-static cpinn_family_settings settings_of(const eval_family_options *asked, const samples *shapes)
+/* Tables have the columns of tubes, as those of one shape. */
+static cpinn_family_settings settings_of(const eval_family_options *asked, const scene *open,
+                                         const samples *shapes)
 {
+    const bool twists = open->tube_count > 0 && asked->verify == 0;
     return (cpinn_family_settings){.extrapolate = asked->extrapolate,
                                    .threads = asked->threads,
                                    .points = shapes->count,
@@ -97,7 +100,7 @@ static cpinn_family_settings settings_of(const eval_family_options *asked, const
                                    .t = shapes->t,
                                    .compile = asked->compile,
                                    .ranks = asked->ranks,
-                                   .forces = asked->derivatives};
+                                   .forces = asked->derivatives || twists};
 }
 
 static ad_status answer_members(eval_family *eval, const cpinn_polish *polish, ad_error *error)
@@ -117,7 +120,7 @@ ad_status eval_family_run(const eval_family_options *asked, const experiment *e,
                           eval_family *result, ad_error *error)
 {
     const cpinn_polish polish = {.steps = asked->polish < 0 ? POLISH : asked->polish};
-    const cpinn_family_settings settings = settings_of(asked, shapes);
+    const cpinn_family_settings settings = settings_of(asked, e->scene, shapes);
     *result = (eval_family){.asked = *asked, .shapes = shapes};
     result->asked.seed = asked->seed < 0 ? SEED : asked->seed;
     ad_status status = cpinn_family_of(e, &settings, &result->family, error);
@@ -142,7 +145,7 @@ ad_status eval_family_run(const eval_family_options *asked, const experiment *e,
 ad_status eval_family_solve(const eval_family_options *asked, const scene *open, double tolerance,
                             samples *shapes, eval_family *result, ad_error *error)
 {
-    const cpinn_family_settings settings = settings_of(asked, shapes);
+    const cpinn_family_settings settings = settings_of(asked, open, shapes);
     *result = (eval_family){.asked = *asked, .shapes = shapes};
     const ad_status status =
         cpinn_family_of_scene(open, tolerance, &settings, &result->family, error);

@@ -123,22 +123,27 @@ static ad_status list_shape(double length, const char *text, double s[EXPORT_PLA
 static ad_status list_columns(const scene *of, const char *names, export_family *f, ad_error *error)
 {
     const model_column *known = scene_physics_of(of)->columns;
-    const char *at = names ? names : "r q v1 v2 v3 u1 u2 u3 n1 n2 n3 m1 m2 m3";
+    const int all = strain_columns(of);
+    const char *at = names ? names : "";
+    for (; !names && f->columns < all; f->columns++) {
+        f->which[f->columns] = f->columns;
+    }
     for (at += strspn(at, " ,"); *at; at += strspn(at, " ,")) {
         const size_t length = strcspn(at, " ,");
         int first = *at == 'q' ? 3 : 0, count = *at == 'q' ? 4 : 3;
         if (length != 1 || (*at != 'r' && *at != 'q')) {
             count = 1;
-            for (first = 0; first < STRAIN_COLUMNS; first++) {
+            for (first = 0; first < all; first++) {
                 if (strncmp(known[first].name, at, length) == 0 && !known[first].name[length]) {
                     break;
                 }
             }
         }
-        if (first == STRAIN_COLUMNS) {
+        if (first == all) {
             return ad_fail(error, AD_BAD_ARGUMENT,
                            "--columns: %.*s is no column of a family in the strain form; allowed: "
-                           "r, q, and x to z, qw to qz, v1 to v3, u1 to u3, n1 to n3, m1 to m3",
+                           "r, q, and x to z, qw to qz, v1 to v3, u1 to u3, n1 to n3, m1 to m3, and "
+                           "of tubes theta1, mt1 and so on",
                            (int)(length < 40 ? length : 40), at);
         }
         for (int c = first; c < first + count; c++) {
