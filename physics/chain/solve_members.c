@@ -118,7 +118,7 @@ static ad_status create_groups(solve_members *members, const scene *one,
 bool solve_members_is_unloaded(const solve_members *members)
 {
     const strain_form *form = members->groups[0]->level[0].form;
-    return form->is_unloaded && form->tension_count == 0 && form->kind.tubes == 0;
+    return form->is_unloaded && form->tension_count == 0;
 }
 
 size_t solve_members_nodes(const solve_members *members)

@@ -77,8 +77,8 @@ ad_status solve_members_create(const scene *open, const solve_members_settings *
                                solve_members **result, ad_error *error);
 void solve_members_free(solve_members *members); /* NULL is allowed */
 
-/* Whether nothing acts on the rod but actuators whose pull is given: no
- * point of the rod asks another then, and a member takes half the time or less. */
+/* Whether nothing acts on the rod but actuators whose pull is given, and tubes: no point of the rod
+ * asks another then, but by tubes, and a member takes half the time or less. */
 bool solve_members_is_unloaded(const solve_members *members);
 
 /* values [members][points][SOLVE_MEMBERS_COLUMNS], NaN of members without an equilibrium under the

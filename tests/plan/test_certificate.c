@@ -232,6 +232,85 @@ static void an_inserted_robot(void **state)
     free_robot(&r);
 }
 
+/* A robot of text, as long as it is built. */
+static robot robot_of(const char *text, const char *turned)
+{
+    robot r = {.owner = NULL};
+    ad_error error = {.message = ""};
+    char key[PLAN_KEY] = "";
+    plan_settings settings = plan_settings_default();
+    if (turned) {
+        settings.slide[0] = -0.05, settings.slide[1] = 0.05;
+        settings.turn[0] = -1, settings.turn[1] = 1;
+    }
+    assert_int_equal(config_read(turned ? turned : "robot.yaml", text, 0, NULL, &r.owner, &error),
+                     AD_OK);
+    assert_int_equal(plan_robot_create(&settings, &r.owner->scene, &r.moves, key, &error), AD_OK);
+    return r;
+}
+
+/* Two concentric tubes that turn and come out, of a base that is pushed and turned. */
+static void a_robot_of_tubes(void **state)
+{
+    (void)state;
+    static const char text[] =
+        "parameters: {a: {range: [-1.5, 1.5]}, out: {range: [0.03, 0.08]}, more: {range: [0.03, "
+        "0.1]}}\n"
+        "rod: {model: kirchhoff, length: out+more, rest: {curvature: [10, 0, 0]},\n"
+        "  section: {shape: tube, radius: 0.0006, inner_radius: 0.00045},\n"
+        "  material: {youngs_modulus: 60e9, poissons_ratio: 0.3, density: 6450}}\n"
+        "tubes: [{section: {radius: 0.0009, inner_radius: 0.0007}, end: out, turned: a,\n"
+        "  material: {youngs_modulus: 60e9, poissons_ratio: 0.3, density: 6450},\n"
+        "  rest: {curvature: [6, 0, 0]}, transmission: 0.2-out}]\n";
+    const double way[3 * 5] = {0,    0.03, 0.03, 0,    0,   1.2, 0.05, 0.06,
+                               0.02, 0.5,  0.3,  0.08, 0.1, 0,   1};
+    robot r = robot_of(text, "tubes.yaml"), fine = robot_of(text, "tubes.yaml");
+    open_robot(&r, 61);
+    open_robot(&fine, 181);
+    mesh m = mesh_tube(0.15, 0.05, 0.35, 0.3, 30, 32);
+    environment *of = open_mesh(&m, ENVIRONMENT_INSIDE);
+    const certificate_settings asked = {
+        .radius = 0.0015, .from = 0, .promised = 0.001, .shapes_max = 2000};
+    certificate *c = NULL;
+    ad_error error = {.message = ""};
+    assert_int_equal(r.moves.count, 5);
+    assert_int_equal(
+        certificate_create(r.exact, of, ENVIRONMENT_INSIDE, &asked, 3, way, &c, &error), AD_OK);
+    assert_int_equal(c->end, CERTIFICATE_HOLDS);
+    try_way(&fine, of, c, asked.radius, 5, 256, 0, false);
+    certificate_free(c);
+    environment_free(of);
+    free_robot(&r);
+    free_robot(&fine);
+}
+
+/* A shape that jumps on the way is not certified, however much room there is, though derivatives
+ * are 0 to both sides. */
+static void a_jump(void **state)
+{
+    (void)state;
+    static const char text[] =
+        "parameters: {a: {range: [0, 1]}}\n"
+        "rod: {length: 0.2, section: {shape: circle, radius: 0.5e-3},\n"
+        "  material: {youngs_modulus: 60e9, poissons_ratio: 0.3, density: 6450},\n"
+        "  rest: {curvature: [\"where(a-0.41, 2, 0)\", 0, 0]}}\n"
+        "loads: {tip: {force: [0, 0.01, 0]}}\n";
+    const double way[2] = {0, 1};
+    robot r = robot_of(text, NULL);
+    open_robot(&r, 61);
+    mesh m = mesh_tube(0.3, 0.1, 0.4, 0.3, 40, 32);
+    environment *of = open_mesh(&m, ENVIRONMENT_INSIDE);
+    const certificate_settings asked = {
+        .radius = 0.001, .from = 0, .promised = 0.001, .shapes_max = 2000};
+    certificate *c = NULL;
+    assert_int_equal(certificate_create(r.exact, of, ENVIRONMENT_INSIDE, &asked, 2, way, &c, NULL),
+                     AD_OK);
+    assert_int_equal(c->end, CERTIFICATE_JUMPS);
+    certificate_free(c);
+    environment_free(of);
+    free_robot(&r);
+}
+
 /* A robot with tendons along helices that comes out of a port and turns. At all points what tendons
  * pull is in balance with the strains, here from the numbers of the scene: within 1e-6 of the
  * largest moment, as strains are interpolated. Then a way of it, as above. */
@@ -333,6 +412,8 @@ int main(void)
                                        cmocka_unit_test(an_unknown_stiffness),
                                        cmocka_unit_test(an_inserted_robot),
                                        cmocka_unit_test(a_robot_of_helices),
+                                       cmocka_unit_test(a_robot_of_tubes),
+                                       cmocka_unit_test(a_jump),
                                        cmocka_unit_test(a_wall_between)};
     return environment_is_built() ? cmocka_run_group_tests(tests, make_directory, remove_directory)
                                   : 77;

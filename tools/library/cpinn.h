@@ -251,9 +251,9 @@ typedef struct cpinn_family_settings {
                             * functions; NULL: this process is by itself */
     bool forces;           /* where the solver of members takes the scene, n1 to m3 are columns,
                             * too: force and moment in the rod, of rod and actuators together
-                            * (solve_members_forces), and theta1, mt1 and so on of tubes. They are at the
-                            * equilibrium of the answer,           whatever the polish, and not numbers where its
-                            * derivatives are none */
+                            * (solve_members_forces), and theta1, mt1 and so on of tubes. They are
+                            * at the equilibrium of the answer, whatever the polish, and not numbers
+                            * where its derivatives are none */
 } cpinn_family_settings;
 
 /* A family from a folder of a run, its checkpoint.h5 or any such file. AD_BAD_ARGUMENT: the scene

@@ -112,9 +112,9 @@ static ad_status judge_new(certifier *c, size_t first)
 /* ---- between two ----------------------------------------------------------------------------- */
 
 /* How far a point goes on the way, if the derivative is that of either end, m: more than the way
- * as the crow flies; and by how much the two differ. */
+ * as the crow flies; by how much the two differ, and the way as the crow flies exceeds both. */
 static double travel_of(const certifier *c, const node *a, const node *b, size_t point,
-                        double *differ)
+                        double *differ, double *beyond)
 {
     const size_t variables = (size_t)c->exact->robot->count;
     double square[3] = {0, 0, 0}, off = 0;
@@ -132,6 +132,7 @@ static double travel_of(const certifier *c, const node *a, const node *b, size_t
         off += (one - other) * (one - other);
     }
     *differ = sqrt(off);
+    *beyond = sqrt(square[2]) - sqrt(fmax(square[0], square[1]));
     return sqrt(fmax(square[0], fmax(square[1], square[2])));
 }
 
@@ -146,19 +147,21 @@ static double part_of_ranges(const certifier *c, const node *a, const node *b)
     return part;
 }
 
-/* Whether the way from a to the next holds, and leaves no less than half of what the nearest of all
- * shapes does, or a thousandth of the length less; false: look half-way. What the derivative
- * changes from end to end is added once, for what it does between them; and what travel bends from
- * point to point a fourth of, twice what a parabola leaves between points. Where unknown parameters
- * move a point by x at a and y at b, they move it by no more than max(x, y) + |x - y| between: as
- * half of travel is taken off and (x + y)/2 was already, that is 3 |x - y|. */
+/* Whether the way from a to the next holds, without a jump, which no derivative says, and leaves no
+ * less than half of what the nearest of all shapes does, or a thousandth of the length less; false:
+ * look half-way. What the derivative changes from end to end is added once, for what it does
+ * between them; and what travel bends from point to point a fourth of, twice what a parabola leaves
+ * between points. Where unknown parameters move a point by x at a and y at b, they move it by no
+ * more than max(x, y) + |x - y| between: as half of travel is taken off and (x + y)/2 was already,
+ * that is 3 |x - y|. */
 static bool judge_way(certifier *c, node *a, const node *b)
 {
     const size_t points = c->exact->points;
-    double before = 0, here = 0, largest = 0, change = 0;
+    double before = 0, here = 0, largest = 0, change = 0, jump = 0;
     for (size_t k = 0; k < points; k++) {
-        double differ;
-        const double travel = travel_of(c, a, b, k, &differ);
+        double differ, beyond;
+        const double travel = travel_of(c, a, b, k, &differ, &beyond);
+        jump = fmax(jump, beyond);
         largest = fmax(largest, travel);
         change = fmax(change, differ);
         const double now = travel + differ;
@@ -179,7 +182,7 @@ static bool judge_way(certifier *c, node *a, const node *b)
         c->travel[k] += 3 * apart;
     }
     a->least = clearance_between(pieces_of(c), a->free, b->free, c->travel);
-    const bool smooth = (change <= largest / 2 || largest < 1e-9 * c->exact->length) &&
+    const bool smooth = (fmax(change, jump) <= largest / 2 || largest < 1e-9 * c->exact->length) &&
                         part_of_ranges(c, a, b) <= STEP_MAX;
     const bool close = c->nearest - a->least <= fmax(c->nearest / 2, 1e-3 * c->exact->length);
     return smooth && close && a->least >= c->asked->promised;

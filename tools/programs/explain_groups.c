@@ -110,7 +110,7 @@ void explain_members(FILE *file, const experiment *e)
             "", solved, drawn.seconds, 1e6 * drawn.seconds / (double)drawn.drawn,
             ad_pool_threads(e->pool), ad_pool_threads(e->pool) == 1 ? "" : "s", "",
             drawn.drawn - solved, why);
-    if (solve_members_is_unloaded(targets_solver(e->targets))) {
+    if (solve_members_is_unloaded(targets_solver(e->targets)) && e->scene->tube_count == 0) {
         fprintf(
             file,
             "  %-15s nothing acts but tendons and chambers, so each point of the rod is solved\n"

@@ -140,11 +140,12 @@ static ad_status list_columns(const scene *of, const char *names, export_family 
             }
         }
         if (first == all) {
-            return ad_fail(error, AD_BAD_ARGUMENT,
-                           "--columns: %.*s is no column of a family in the strain form; allowed: "
-                           "r, q, and x to z, qw to qz, v1 to v3, u1 to u3, n1 to n3, m1 to m3, and "
-                           "of tubes theta1, mt1 and so on",
-                           (int)(length < 40 ? length : 40), at);
+            return ad_fail(
+                error, AD_BAD_ARGUMENT,
+                "--columns: %.*s is no column of a family in the strain form; allowed: "
+                "r, q, and x to z, qw to qz, v1 to v3, u1 to u3, n1 to n3, m1 to m3, and "
+                "of tubes theta1, mt1 and so on",
+                (int)(length < 40 ? length : 40), at);
         }
         for (int c = first; c < first + count; c++) {
             for (int i = 0; i < f->columns; i++) {
