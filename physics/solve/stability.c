@@ -650,8 +650,7 @@ const char *stability_without_margin(const scene *rod_scene)
                ? "has a margin of rods at rest alone"
            : scene_has_displaced_tendons(rod_scene) || scene_has_rubbing_tendons(rod_scene)
                ? "has no margin with tendons of given length or with friction"
-           : rod_scene->tube_count > 0 || rod_scene->rod.law
-               ? "has no margin with tubes or with a law of the section"
+           : rod_scene->rod.law ? "has no margin with a law of the section"
            : follows || !rod_has_energy(rod_scene, rod_plane_of(rod_scene).is_planar)
                ? "has no margin where loads have no energy, as those that follow the rod and, in "
                  "space, moments"
