@@ -3,6 +3,7 @@
 #include "physics/numerics/gauss.h"
 #include "physics/numerics/sort.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -144,6 +145,18 @@ void solve_events_free(solve_events *e)
         free(e->times);
         free(e);
     }
+}
+
+double solve_events_before(const solve_events *e, double t)
+{
+    const double most = EVENTS_JUMP * e->drives->duration;
+    for (size_t k = 1; k < e->count; k++) {
+        const double before = e->times[k - 1], after = e->times[k];
+        if (after - before <= most && before <= t && t <= after * (1 + DBL_EPSILON)) {
+            return before;
+        }
+    }
+    return t;
 }
 
 /* ---- whether steps have met it ------------------------------------------------------------- */

@@ -21,6 +21,9 @@ typedef struct solve_events {
 ad_status solve_events_create(const solve_rod *rod, solve_events **result, ad_error *error);
 void solve_events_free(solve_events *e);
 
+/* When formulas are looked at for what acts at t: just before, where something jumps then. */
+double solve_events_before(const solve_events *e, double t);
+
 /* Which steps were taken, and where in a step of length h what acts was asked for: its integral is
  * then taken for h times the sum of weights times values at at[] h. */
 enum { EVENTS_STAGES_MAX = 8 };

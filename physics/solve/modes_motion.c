@@ -18,6 +18,7 @@ struct modes_solution {
     modes *m;
     motion_times times;
     double *states;         /* [times.count][STATES][size]: q, q_t, stretches of branches */
+    double *looked;         /* [times.count] of solve_events_before */
     solve_energy *all;      /* [times.count] */
     solve_energy *energies; /* [times.given] */
     double initial;         /* energy */
@@ -62,7 +63,8 @@ static ad_status create(solve_rod *rod, const modes_counts *counts, int finer, s
         return status;
     }
     const size_t size = (size_t)modes_size(solution->m), count = solution->times.count;
-    solution->states = calloc(STATES * count * size + 1, sizeof *solution->states);
+    solution->states = calloc((STATES * size + 1) * count, sizeof *solution->states);
+    solution->looked = solution->states + STATES * count * size;
     solution->all = calloc(count, sizeof *solution->all);
     solution->energies = calloc(given + 1, sizeof *solution->energies);
     solution->room = calloc((2 * STATES + 1) * size + 1, sizeof *solution->room);
@@ -155,6 +157,9 @@ static ad_status go(modes_solution *solution, const solve_settings *settings, do
     solve_energy energy = {0};
     collocation *steps = NULL;
     solution->may_be_off = fmax(1e-5, 100 * tolerance);
+    for (size_t i = 0; i < times->count; i++) {
+        solution->looked[i] = solve_events_before(e, times->all[i]);
+    }
     ad_status status = begin(solution, settings, q, v, error);
     memset(d, 0, size * sizeof *d); /* of a rod that has rested */
     status = status == AD_OK ? collocation_create(solution->m, STAGES, &steps, error) : status;
@@ -197,7 +202,7 @@ ad_status modes_motion_at(const modes_solution *solution, size_t which, size_t n
 {
     const size_t size = (size_t)modes_size(solution->m), at = solution->times.which[which];
     modes_places *places = NULL;
-    ad_status status = modes_at(solution->m, solution->times.all[at], NULL, error);
+    ad_status status = modes_at(solution->m, solution->looked[at], NULL, error);
     status = status == AD_OK ? modes_places_create(solution->m, n, s, &places, error) : status;
     status = status == AD_OK ? modes_see(solution->m, solution->states + at * STATES * size,
                                          solution->room, places, out, error)

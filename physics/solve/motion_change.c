@@ -21,7 +21,8 @@ struct motion_change {
     solve_rod *rod;
     modes *m;
     size_t count;    /* times */
-    double *times;   /* [count] ascending, s */
+    double *times;   /* [count] ascending, s; */
+    double *looked;  /* [count] of solve_events_before, s */
     double *values;  /* [parameters] */
     double *states;  /* [count][STATES][size] */
     double *changes; /* [count][moving][parameters] */
@@ -54,7 +55,8 @@ typedef struct asked {
     const scene *family;
     const double *parameters;
     size_t count, stop_count;
-    double *times; /* [count] ascending */
+    double *times; /* [count] ascending, and of solve_events_before */
+    double *looked;
     double *stops; /* [stop_count] ascending: instants that no step may pass */
 } asked;
 
@@ -245,11 +247,13 @@ static ad_status solve(const asked *of, const modes_counts *counts, double toler
     x->count = of->count;
     AD_TAKE(x, values, p);
     AD_TAKE(x, times, of->count);
+    AD_TAKE(x, looked, of->count);
     ad_status status =
         ad_memory_status(&x->memory, error, "out of memory for derivatives of a motion");
     if (status == AD_OK) {
         memcpy(x->values, of->parameters, p * sizeof *x->values);
         memcpy(x->times, of->times, of->count * sizeof *x->times);
+        memcpy(x->looked, of->looked, of->count * sizeof *x->looked);
         status = modes_create_open(&x->family, true, counts, FINER, &x->rod, &x->m, error);
     }
     status = status == AD_OK ? allocate(x, error) : status;
@@ -347,6 +351,21 @@ static ad_status refine(const asked *of, const solve_settings *settings, motion_
     return status;
 }
 
+/* Each once. */
+static ad_status take_times(asked *of, size_t count, const double *times, ad_error *error)
+{
+    of->times = malloc(2 * (count + 1) * sizeof *of->times);
+    if (!of->times) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu times", count);
+    }
+    for (size_t i = 0; i < count; i++) {
+        of->times[i] = fmin(scene_duration(of->family), fmax(0, times[i]));
+    }
+    of->count = sort_once(count, of->times);
+    of->looked = of->times + of->count;
+    return AD_OK;
+}
+
 /* Instants of the member that no step may pass. */
 static ad_status find_stops(asked *of, ad_error *error)
 {
@@ -363,23 +382,13 @@ static ad_status find_stops(asked *of, ad_error *error)
     for (size_t i = 0; status == AD_OK && i < events->count; i++) {
         of->stops[of->stop_count++] = events->times[i] * rod->scales.time;
     }
+    for (size_t i = 0; status == AD_OK && i < of->count; i++) {
+        const double t = of->times[i] / rod->scales.time, before = solve_events_before(events, t);
+        of->looked[i] = before < t ? before * rod->scales.time : of->times[i];
+    }
     solve_events_free(events);
     solve_rod_free(rod);
     return status;
-}
-
-/* Each once. */
-static ad_status take_times(asked *of, size_t count, const double *times, ad_error *error)
-{
-    of->times = malloc((count + 1) * sizeof *of->times);
-    if (!of->times) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu times", count);
-    }
-    for (size_t i = 0; i < count; i++) {
-        of->times[i] = fmin(scene_duration(of->family), fmax(0, times[i]));
-    }
-    of->count = sort_once(count, of->times);
-    return AD_OK;
 }
 
 ad_status motion_change_create(const scene *family, const double *parameters,
@@ -392,8 +401,8 @@ ad_status motion_change_create(const scene *family, const double *parameters,
     *report = (motion_change_report){.estimate = NAN};
     ad_status status = check(family, settings, error);
     status = status == AD_OK ? check_breaks(family, parameters, error) : status;
-    status = status == AD_OK ? find_stops(&of, error) : status;
     status = status == AD_OK ? take_times(&of, count, times, error) : status;
+    status = status == AD_OK ? find_stops(&of, error) : status;
     status = status == AD_OK ? refine(&of, settings, result, report, error) : status;
     free(of.stops);
     free(of.times);
@@ -430,7 +439,7 @@ static ad_status see_beside(const motion_change *x, size_t which, size_t paramet
             const size_t to = i < 2 * size ? i : 2 * size + (size_t)x->m->branch.mode[i - 2 * size];
             x->trial[to] += by * change[i * p + parameter];
         }
-        status = at(x, x->times[which] / x->rod->scales.time, (int)parameter, by, error);
+        status = at(x, x->looked[which] / x->rod->scales.time, (int)parameter, by, error);
         status = status == AD_OK ? modes_see(x->m, x->trial, x->trial + STATES * size, places,
                                              seen + side * places->count, error)
                                  : status;
