@@ -177,6 +177,26 @@ check backlash -- near "$(pick backlash.json value)" 4e-4 0.025
 run 3 cpinn-solve "$scenes/backlash.yaml" --set "data[0].file=$PWD/turned_round.csv"
 said stdout.txt 'warning \(misfit\)'
 
+# An end of a range that chance alone leads to: what the value may be is in the deviations, as of a load that goes with it.
+# A foundation of 3 N/m^2 is known to 3.2; numbers that ask for -1.3, and for -15, of which the latter is not chance.
+cat >weak.yaml <<'END'
+rod: {model: kirchhoff, length: 0.3, stiffness: {bending: [0.05, 0.05], torsion: 0.04}}
+loads: {foundation: [3, 0, 0], tip: {force: [0.1, 0, 0]}}
+END
+run 0 cpinn-solve weak.yaml --grid 4 --out weak.csv
+weak() { # OFF: by so many m at the tip
+    awk -F, -v OFS=, -v CONVFMT=%.12g -v off="$1" 'NR > 1 { $3 += off * ($1 / 0.3)^6 } { print }' weak.csv >weak_seen.csv
+    run 3 cpinn-solve weak.yaml --set 'loads.tip.force[0]={identify: 0.2, range: [0, 1]}' \
+        --set 'loads.foundation[0]={identify: 5, range: [0, 50]}' --set "data=[{quantity: position, file: $PWD/weak_seen.csv, noise: 2.0e-5}]"
+}
+weak -7e-5
+said stdout.txt 'loads_foundation_0 +0 \+- 3.2, an end of its range'
+said stdout.txt 'warning \(at_bound\): .* values within its deviation suit nearly as well: loads_foundation_0 = 0'
+check deviation of the load -- near "$(awk '$1 == "loads_tip_force_0" { print $4 }' stdout.txt)" 0.0039 0.1
+weak -3e-4
+said stdout.txt 'loads_foundation_0 +0, an end of its range'
+said stdout.txt 'warning \(at_bound\): .* deviations of the others hold for this value: loads_foundation_0 = 0'
+
 # A value at an end of its range, and noise that is not known, are said in the same way.
 range='rod.stiffness.bending[0]={identify: 0.002, range: [0.001, 0.0025]}'
 run 3 cpinn-solve "$scenes/bent.yaml" --set "$range"

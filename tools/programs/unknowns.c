@@ -184,12 +184,13 @@ static void print_found(const unknowns *unknowns)
     putchar('\n');
     for (int i = 0; i < found->count; i++) {
         printf("  %-24s %.6g", unknown_of(unknowns, i)->name, found->value[i]);
-        if (found->bounded[i]) {
-            puts(", an end of its range");
+        const char *end = found->bounded[i] ? ", an end of its range" : "";
+        if (found->held[i]) {
+            puts(end);
         } else if (found->information.deviation[i] > SOLVE_UNTOLD) {
             puts(", no better known than by its range");
         } else {
-            printf(" +- %.2g\n", found->deviation[i]);
+            printf(" +- %.2g%s\n", found->deviation[i], end);
         }
     }
     print_correlations(unknowns);

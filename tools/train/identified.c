@@ -37,7 +37,7 @@ void identified_inform(identified *result, const scene *open, double *matrix)
     for (int i = 0; i < result->count * result->count; i++) {
         matrix[i] /= result->noise_factor * result->noise_factor;
     }
-    result->information = solve_information_of(result->count, matrix, result->bounded);
+    result->information = solve_information_of(result->count, matrix, result->held);
     for (int i = 0; i < result->count; i++) {
         const scene_parameter *p = &open->parameters[scene_known_count(open) + i];
         result->deviation[i] =
@@ -59,15 +59,17 @@ static void judge_bounds(const identified *identified, const scene *open, verdic
 {
     char names[300] = "";
     size_t used = 0;
+    bool held = false;
     for (int i = 0; i < identified->count; i++) {
+        held = held || identified->held[i];
         if (identified->bounded[i]) {
             say_value(names, sizeof names, &used, used ? ", " : "", open, i, identified->value[i]);
         }
     }
     if (used) {
-        verdict_add(to, VERDICT_AT_BOUND,
-                    "the best value is an end of its range, and deviations of the others hold for "
-                    "this value: %s",
+        verdict_add(to, VERDICT_AT_BOUND, "the best value is an end of its range, and %s: %s",
+                    held ? "deviations of the others hold for this value"
+                         : "values within its deviation suit nearly as well",
                     names);
     }
 }

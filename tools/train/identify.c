@@ -527,6 +527,22 @@ static void find_bounds(search *search, double *z, bool *bounded)
     }
 }
 
+/* Of values at a bound those that the residuals push beyond it by more than chance. Where they do
+ * not, the value may as well be within the range, and what it may be is in all deviations. */
+static void find_held(search *search, identified *result)
+{
+    static const double CHANCE = 2;
+    const bool none[MAX] = {false};
+    double zeros[MAX] = {0}, step[MAX];
+    const solve_information all = solve_information_of(search->count, search->ls.jtj, none);
+    const bool solved = least_squares_solve(&search->ls, 0, zeros, step) == 0;
+    for (int i = 0; i < search->count; i++) {
+        const double deviation = result->noise_factor * all.deviation[i];
+        const bool by_chance = solved && fabs(step[i]) <= CHANCE * deviation;
+        result->held[i] = result->bounded[i] && !by_chance && !(deviation > SOLVE_UNTOLD);
+    }
+}
+
 static int at(search *search, const double *z)
 {
     return run(search, false, 1, z, search->r, &search->error) == AD_OK ? differentiate(search, z)
@@ -589,9 +605,9 @@ static ad_status check_deviations(search *search, const double *z, identified *r
     double trial[2 * MAX * MAX];
     bool within[2 * MAX];
     for (int k = 0; k < 2 * search->count; k++) {
-        within[k] = !result->bounded[k / 2];
+        within[k] = !result->held[k / 2];
         for (int i = 0; i < search->count; i++) {
-            const double by = result->bounded[i] || result->bounded[k / 2]
+            const double by = result->held[i] || result->held[k / 2]
                                   ? 0
                                   : MOVED * known->deviation[i] * known->correlation[k / 2][i];
             const double to = z[i] + (k % 2 ? by : -by);
@@ -640,6 +656,7 @@ static ad_status conclude(search *search, identified *result, ad_error *error)
     const double freedom = (double)search->n - free_unknowns;
     result->noise_factor =
         search->noise_is_scaled && freedom > 0 ? sqrt(result->chi_squared / freedom) : 1;
+    find_held(search, result);
     list_others(search, all, result->noise_factor * result->noise_factor, result);
     identified_inform(result, search->open, search->ls.jtj);
     for (int i = 0; i < DESCENTS; i++) {

@@ -27,8 +27,10 @@ typedef struct identified_other {
 typedef struct identified {
     int count; /* of unknowns: the scene's last parameters */
     double value[SCENE_PARAMETERS_MAX];
-    double deviation[SCENE_PARAMETERS_MAX]; /* standard, of the value; NaN at a bound */
-    bool bounded[SCENE_PARAMETERS_MAX];     /* the value is an end of its range */
+    double deviation[SCENE_PARAMETERS_MAX]; /* standard, of the value; NaN where it is held */
+    bool bounded[SCENE_PARAMETERS_MAX];     /* the value is an end of its range, */
+    bool held[SCENE_PARAMETERS_MAX]; /* and what suits better beyond is so by more than chance:
+                                      * deviations of others hold for this value */
     solve_information information;
     /* of how chi squared grows by two deviations down and up, the part that it should: 1; NaN: not
      * looked at */

@@ -138,7 +138,7 @@ ad_status trainer_unknowns(trainer *t, identified *result, ad_error *error)
     }
     noise.numbers -= measured_missing(t->e->measured);
     for (size_t i = 0; i < count; i++) {
-        result->bounded[i] = is_at_bound(z[i], step[i] * slope[i]);
+        result->bounded[i] = result->held[i] = is_at_bound(z[i], step[i] * slope[i]);
     }
     result->steps = (int)t->fit.at.step;
     result->chi_squared = noise.chi_squared;
