@@ -1,4 +1,4 @@
-#include "tools/train/identify.h"
+#include "tools/train/identify_search.h"
 
 #include "autodiff/memory.h"
 #include "physics/numerics/sampling.h"
@@ -9,14 +9,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MAX = SCENE_PARAMETERS_MAX, STEPS_MAX = 60, STARTS = 32, DESCENTS = 6 };
+enum { STEPS_MAX = 60 };
 
 /* Of more experiments than this, and than so many for each unknown, some are enough to say where
  * minima are: the search begins with these, and each minimum is settled with all. */
 enum { FEW = 64, FEW_EACH = 8 };
-
-/* Starts and bounds keep so far from the ends of a range, as part of it. */
-static const double EDGE = 1e-2;
 
 /* The search ends where a step of Gauss-Newton would lower chi squared by less: by 1e-2 standard
  * deviations; and where no step lowers it, by errors of the solutions, by 1e-1. Half a deviation
@@ -25,56 +22,11 @@ static const double EDGE = 1e-2;
 enum { KINKED = 10 };
 static const double SETTLED = 1e-4, STUCK = 1e-2, ROUGHLY = 0.25;
 
-/* Another end of the search is as good where its chi squared is larger by no more than this, and
- * another where it is so many standard deviations away. Residuals of so small a part of what is
- * measured are those of the solutions alone. */
-static const double AS_GOOD = 9, APART = 5, EXACT = 1e-6;
+/* Residuals of so small a part of what is measured are those of the solutions alone. */
+static const double EXACT = 1e-6;
 
 /* So often a descent begins once more from where it ended. */
 static const double AGAIN_MOST = 3;
-
-typedef struct descent {
-    double z[MAX], chi_squared, steps;
-    double converged; /* 0, 1 */
-    double again;     /* so often it has begun once more */
-} descent;
-
-/* Starts from where the residuals are smallest within some distance, each time, which finds all
- * minima in the limit of many points (Rinnooy Kan & Timmer, Mathematical Programming 39 (1987) 57).
- * All that a checkpoint keeps beside residuals: nothing but doubles. */
-typedef struct starts {
-    double every; /* of the experiments each so many-th counts; 1 in the end */
-    double count, ends;
-    double z[STARTS][MAX], chi_squared[STARTS]; /* INFINITY: no solution, or not to be tried */
-    double tried[STARTS];
-    descent end[DESCENTS]; /* with those that count */
-    double few_ends, settled;
-    descent few[DESCENTS]; /* ends with some; `settled` of them are looked at with all */
-    double from[MAX];      /* parts of the ranges where the descent at work begins */
-    double y[MAX];         /* where r was computed; NaN: nowhere */
-    double easy; /* members were solved where this descent began: steps to where they are not,
-                  * which single solutions might reach after minutes, are too long */
-    double solutions;
-} starts;
-
-/* The unknowns of the search are y = log(z / (1 - z)), z the part of the range, 0 to 1: no step
- * leaves a range. */
-typedef struct search {
-    const scene *open;
-    bool noise_is_scaled, settles;
-    solve_trials *trials;
-    int count;
-    size_t n, counted; /* residuals; those that are not 0 because others count */
-    double exact;      /* chi squared below which residuals mean nothing */
-    double difference; /* of z, to both sides, where derivatives are not known */
-    double *room;      /* [2 count][n] residuals of trials */
-    double *r;         /* [n] at y */
-    double *j;         /* [count][n] by z */
-    starts all;
-    least_squares ls; /* by y */
-    ad_error error;   /* what stops the search */
-    ad_memory memory;
-} search;
 
 static double part_of(double y)
 {
@@ -86,7 +38,7 @@ static double logit(double z)
     return log(z / (1 - z));
 }
 
-static void values_of(const search *search, const double *z, double *values)
+void identify_values(const search *search, const double *z, double *values)
 {
     for (int i = 0; i < search->count; i++) {
         values[i] = scene_parameter_at(
@@ -95,12 +47,12 @@ static void values_of(const search *search, const double *z, double *values)
 }
 
 /* residuals [trials][n] at parts z [trials][count] of the ranges; `rough`: an idea is enough. */
-static ad_status run(search *search, bool rough, size_t trials, const double *z, double *residuals,
-                     ad_error *error)
+ad_status identify_run(search *search, bool rough, size_t trials, const double *z,
+                       double *residuals, ad_error *error)
 {
     double values[2 * MAX * MAX + STARTS * MAX];
     for (size_t k = 0; k < trials; k++) {
-        values_of(search, z + k * (size_t)search->count, values + k * (size_t)search->count);
+        identify_values(search, z + k * (size_t)search->count, values + k * (size_t)search->count);
     }
     search->all.solutions +=
         (double)(trials * solve_trials_experiments(search->trials)) / search->all.every;
@@ -114,7 +66,8 @@ static int evaluate(search *search, const double *y, double *value)
         z[i] = part_of(y[i]);
         search->all.y[i] = y[i];
     }
-    const ad_status status = run(search, search->all.easy != 0, 1, z, search->r, &search->error);
+    const ad_status status =
+        identify_run(search, search->all.easy != 0, 1, z, search->r, &search->error);
     *value = vector_square(search->n, search->r);
     return status != AD_OK    ? OPTIM_OBJECTIVE_STOP
            : isfinite(*value) ? OPTIM_OBJECTIVE_OK
@@ -129,13 +82,13 @@ static double difference_at(const search *search, double z)
 }
 
 /* j around z; r is there. */
-static int differentiate(search *search, const double *z)
+int identify_differentiate(search *search, const double *z)
 {
     const scene_parameter *unknown = &search->open->parameters[scene_known_count(search->open)];
     const size_t n = search->n;
     double values[MAX], ends[2 * MAX];
     size_t solved = 0;
-    values_of(search, z, values);
+    identify_values(search, z, values);
     for (int k = 0; k < 2 * search->count; k++) {
         const double by = (k % 2 ? 1 : -1) * difference_at(search, z[k / 2]);
         ends[k] = scene_parameter_at(&unknown[k / 2], fmin(1, fmax(0, z[k / 2] + by)));
@@ -154,7 +107,7 @@ static int differentiate(search *search, const double *z)
 }
 
 /* J^T J and J^T r, by unknowns of which the parts of the ranges go as slope [count], NULL: 1. */
-static void multiply(search *search, const double *slope)
+void identify_multiply(search *search, const double *slope)
 {
     for (int i = 0; i < search->count; i++) {
         const double *a = search->j + (size_t)i * search->n;
@@ -184,10 +137,10 @@ static int sum(void *context, const double *y, double *value, least_squares *to)
         z[i] = part_of(y[i]);
         slope[i] = z[i] * (1 - z[i]);
     }
-    code = code == OPTIM_OBJECTIVE_OK ? differentiate(search, z) : code;
+    code = code == OPTIM_OBJECTIVE_OK ? identify_differentiate(search, z) : code;
     if (code == OPTIM_OBJECTIVE_OK) {
         *value = vector_square(search->n, search->r);
-        multiply(search, slope);
+        identify_multiply(search, slope);
     }
     return code;
 }
@@ -220,14 +173,14 @@ static double variance_of(const search *search, double chi_squared)
 }
 
 /* So that each so many-th experiment is enough for an idea. */
-static size_t few_of(const search *search)
+size_t identify_few(const search *search)
 {
     const size_t each = FEW_EACH * (size_t)search->count, enough = each > FEW ? each : FEW;
     const size_t experiments = solve_trials_experiments(search->trials);
     return experiments > enough ? experiments / enough : 1;
 }
 
-static ad_status stopped(const search *search, ad_error *error)
+ad_status identify_stopped(const search *search, ad_error *error)
 {
     return ad_fail(error, search->error.status, "%s", search->error.message);
 }
@@ -288,10 +241,10 @@ static bool leads_inward(search *search, const double *z, double chi_squared, do
         at_end = at_end || z[i] < EDGE || z[i] > 1 - EDGE;
     }
     if (!at_end || evaluate(search, y, &now) != OPTIM_OBJECTIVE_OK ||
-        differentiate(search, z) != OPTIM_OBJECTIVE_OK) {
+        identify_differentiate(search, z) != OPTIM_OBJECTIVE_OK) {
         return false;
     }
-    multiply(search, NULL);
+    identify_multiply(search, NULL);
     for (size_t i = 0; i < n; i++) {
         const double by = search->ls.jtr[i];
         for (size_t k = 0; k < n && ((z[i] < EDGE && by > 0) || (z[i] > 1 - EDGE && by < 0)); k++) {
@@ -316,7 +269,7 @@ static ad_status look_again(search *search, descent *at, double variance, ad_err
 {
     double values[MAX];
     bool finer = false, inward = false;
-    values_of(search, at->z, values);
+    identify_values(search, at->z, values);
     const ad_status status =
         solve_trials_choose(search->trials, values, search->room, &finer, error);
     if (status == AD_OK && finer) {
@@ -327,7 +280,8 @@ static ad_status look_again(search *search, descent *at, double variance, ad_err
     search->ls.again = (finer || inward) && at->again < AGAIN_MOST;
     at->again += search->ls.again;
     at->converged = finer || inward ? 0 : at->converged;
-    return status == AD_OK && search->error.status != AD_OK ? stopped(search, error) : status;
+    return status == AD_OK && search->error.status != AD_OK ? identify_stopped(search, error)
+                                                            : status;
 }
 
 static ad_status judge(void *context, optim_status status, ad_error *error)
@@ -337,7 +291,7 @@ static ad_status judge(void *context, optim_status status, ad_error *error)
     search *search = context;
     descent *at = end_at_work(search);
     if (status == OPTIM_STOPPED_BY_OBJECTIVE) {
-        return stopped(search, error);
+        return identify_stopped(search, error);
     }
     const optim_optimizer *by = search->ls.by;
     const double chi_squared = optim_inspect(by).value;
@@ -396,7 +350,7 @@ static ad_status try_starts(search *search, starts *all, ad_error *error)
         }
     }
     const bool rough = isfinite(all->end[0].chi_squared);
-    status = status == AD_OK ? run(search, rough, (size_t)n, z, residuals, error) : status;
+    status = status == AD_OK ? identify_run(search, rough, (size_t)n, z, residuals, error) : status;
     for (int k = 0; status == AD_OK && k < n; k++) {
         const double sum = vector_square(search->n, residuals + (size_t)k * search->n);
         all->chi_squared[k] = isfinite(sum) ? sum : INFINITY;
@@ -511,162 +465,6 @@ static int state_of(void *context, optim_array *arrays)
     return nodes ? 3 : 2;
 }
 
-/* ---- what is known then -------------------------------------------------------------------- */
-
-/* Unknowns close to an end of their range which the residuals push on beyond it go there. */
-static void find_bounds(search *search, double *z, bool *bounded)
-{
-    double zeros[MAX] = {0}, step[MAX];
-    multiply(search, NULL);
-    const bool solved = least_squares_solve(&search->ls, 0, zeros, step) == 0;
-    for (int i = 0; i < search->count; i++) {
-        const bool low = z[i] < EDGE && (!solved || z[i] + step[i] <= 0);
-        const bool high = z[i] > 1 - EDGE && (!solved || z[i] + step[i] >= 1);
-        bounded[i] = low || high;
-        z[i] = low ? 0 : high ? 1 : z[i];
-    }
-}
-
-/* Of values at a bound those that the residuals push beyond it by more than chance. Where they do
- * not, the value may as well be within the range, and what it may be is in all deviations. */
-static void find_held(search *search, identified *result)
-{
-    static const double CHANCE = 2;
-    const bool none[MAX] = {false};
-    double zeros[MAX] = {0}, step[MAX];
-    const solve_information all = solve_information_of(search->count, search->ls.jtj, none);
-    const bool solved = least_squares_solve(&search->ls, 0, zeros, step) == 0;
-    for (int i = 0; i < search->count; i++) {
-        const double deviation = result->noise_factor * all.deviation[i];
-        const bool by_chance = solved && fabs(step[i]) <= CHANCE * deviation;
-        result->held[i] = result->bounded[i] && !by_chance && !(deviation > SOLVE_UNTOLD);
-    }
-}
-
-static int at(search *search, const double *z)
-{
-    return run(search, false, 1, z, search->r, &search->error) == AD_OK ? differentiate(search, z)
-                                                                        : OPTIM_OBJECTIVE_STOP;
-}
-
-static void list_others(const search *search, const starts *all, double variance,
-                        identified *result)
-{
-    const descent *best = &all->end[0], *known[DESCENTS] = {best};
-    int ends = 1;
-    for (int k = 1; k < all->ends; k++) {
-        const descent *end = &all->end[k];
-        const double limit = fmax(best->chi_squared + AS_GOOD * variance, search->exact);
-        bool other = end->converged != 0 && end->chi_squared <= limit;
-        for (int i = 0; i < ends && other; i++) {
-            double square = 0; /* deviations between the two */
-            for (int a = 0; a < search->count * search->count; a++) {
-                const int row = a / search->count, column = a % search->count;
-                square += search->ls.jtj[a] * (end->z[row] - known[i]->z[row]) *
-                          (end->z[column] - known[i]->z[column]);
-            }
-            other = square > APART * APART * fmax(variance, search->exact / (double)search->n);
-        }
-        if (other) {
-            values_of(search, end->z, result->other[ends - 1].value);
-            result->other[ends - 1].chi_squared = end->chi_squared;
-            known[ends++] = end;
-        }
-    }
-    result->others = ends - 1;
-}
-
-/* By how much chi squared grows beyond what J says, from residuals r to `moved`, where z moves from
- * one to the other of z and `to`; residuals of experiments that do not count are 0. */
-static double grown_beyond(const search *search, const double *r, const double *moved,
-                           const double *z, const double *to)
-{
-    double sum = 0;
-    for (size_t row = 0; row < search->n; row++) {
-        double linear = r[row];
-        for (int i = 0; i < search->count && r[row] != 0; i++) {
-            linear += search->j[(size_t)i * search->n + row] * (to[i] - z[i]);
-        }
-        sum += moved[row] * moved[row] - linear * linear;
-    }
-    return sum;
-}
-
-/* How much chi squared grows where an unknown is off by two deviations, the others as they follow,
- * for 4: where linear formulas hold. Not looked at beyond the ranges. Of many experiments by some.
- */
-static ad_status check_deviations(search *search, const double *z, identified *result,
-                                  ad_error *error)
-{
-    static const double MOVED = 2;
-    const solve_information *known = &result->information;
-    const double variance = result->noise_factor * result->noise_factor;
-    const size_t count = (size_t)search->count, every = few_of(search);
-    double trial[2 * MAX * MAX];
-    bool within[2 * MAX];
-    for (int k = 0; k < 2 * search->count; k++) {
-        within[k] = !result->held[k / 2];
-        for (int i = 0; i < search->count; i++) {
-            const double by = result->held[i] || result->held[k / 2]
-                                  ? 0
-                                  : MOVED * known->deviation[i] * known->correlation[k / 2][i];
-            const double to = z[i] + (k % 2 ? by : -by);
-            within[k] = within[k] && to >= 0 && to <= 1;
-            trial[k * search->count + i] = fmin(1, fmax(0, to));
-        }
-    }
-    solve_trials_thin(search->trials, every);
-    search->all.every = (double)every;
-    ad_status status = run(search, false, 1, z, search->r, error);
-    status = status == AD_OK ? run(search, false, 2 * count, trial, search->room, error) : status;
-    for (size_t k = 0; status == AD_OK && k < 2 * count; k++) {
-        const double beyond =
-            grown_beyond(search, search->r, search->room + k * search->n, z, trial + k * count);
-        const double part = 1 + (double)every * beyond / (variance * MOVED * MOVED);
-        const bool counts = within[k] && isfinite(beyond) && result->chi_squared > search->exact;
-        result->growth[k / 2][k % 2] = counts ? part : NAN;
-    }
-    return status;
-}
-
-static ad_status conclude(search *search, identified *result, ad_error *error)
-{
-    const starts *all = &search->all;
-    const descent *found = &all->end[0];
-    double z[MAX];
-    memcpy(z, found->z, sizeof z);
-    int code = at(search, z);
-    if (code == OPTIM_OBJECTIVE_OK) {
-        find_bounds(search, z, result->bounded);
-        code = at(search, z);
-    }
-    if (code != OPTIM_OBJECTIVE_OK) {
-        return code == OPTIM_OBJECTIVE_STOP
-                   ? stopped(search, error)
-                   : ad_fail(error, AD_NOT_FINITE,
-                             "identification ends where there is no solution next to it");
-    }
-    int free_unknowns = 0;
-    for (int i = 0; i < search->count; i++) {
-        free_unknowns += !result->bounded[i];
-    }
-    multiply(search, NULL);
-    values_of(search, z, result->value);
-    result->chi_squared = vector_square(search->n, search->r);
-    const double freedom = (double)search->n - free_unknowns;
-    result->noise_factor =
-        search->noise_is_scaled && freedom > 0 ? sqrt(result->chi_squared / freedom) : 1;
-    find_held(search, result);
-    list_others(search, all, result->noise_factor * result->noise_factor, result);
-    identified_inform(result, search->open, search->ls.jtj);
-    for (int i = 0; i < DESCENTS; i++) {
-        result->steps += (int)(i < all->ends ? all->end[i].steps : 0);
-        result->steps += (int)(i < all->few_ends ? all->few[i].steps : 0);
-    }
-    result->converged = found->converged != 0;
-    return check_deviations(search, z, result, error);
-}
-
 /* ---- all of it ----------------------------------------------------------------------------- */
 
 static ad_status prepare(search *search, int sets, const solve_measured *measured,
@@ -682,7 +480,7 @@ static ad_status prepare(search *search, int sets, const solve_measured *measure
     result->count = search->count;
     result->residuals = search->n = solve_trials_residuals(search->trials);
     result->experiments = solve_trials_experiments(search->trials);
-    search->all.every = search->settles ? 1 : (double)few_of(search);
+    search->all.every = search->settles ? 1 : (double)identify_few(search);
     search->counted = search->n;
     result->by_members = solve_trials_by_members(search->trials);
     result->scaled = search->noise_is_scaled;
@@ -742,7 +540,7 @@ static ad_status finish(search *search, identified *result, ad_error *error)
                        "ranges that was tried%s%s",
                        *reason ? ": " : "", reason);
     }
-    ad_status status = conclude(search, result, error);
+    ad_status status = identify_conclude(search, result, error);
     if (status == AD_OK) {
         status = solve_trials_reduction(search->trials, result->value, &result->reduction, error);
         result->reduction /= result->noise_factor;

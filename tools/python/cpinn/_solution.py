@@ -65,7 +65,7 @@ class Unknowns:
     Attributes
     ----------
     values, deviations : dict of str to float
-        Numbers and their standard deviations; NaN where the number is an end of its range.
+        Numbers and their standard deviations; NaN where the number is held at an end of its range.
     correlations : ndarray, shape (unknowns, unknowns)
     chi_squared, freedom : float
         Squared residuals over their noise, and their degrees of freedom.
