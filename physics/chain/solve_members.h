@@ -145,7 +145,9 @@ ad_status solve_members_jacobian(solve_members *solver, size_t members, const do
  * derivatives, by [members][points][solve_members_carried][parameter_count - from]; each may be
  * NULL. They are those of rod and actuators together, as the balance has them (strain_form.h): 0
  * where nothing acts but actuators. Where something jumps within the rod they are of the piece
- * before. */
+ * before. All are polynomials of the mesh of the curvature, which positions choose. Of a robot of
+ * tubes whose rest shape waves angles were off by 5e-5 rad and torsions by 5e-3 of the largest,
+ * where positions were to 1e-13 m. */
 size_t solve_members_carried(const solve_members *members);
 ad_status solve_members_forces(solve_members *solver, size_t members, const double *parameters,
                                const double *curvature, int from, double *jacobian, double *forces,
