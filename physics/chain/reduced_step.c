@@ -120,7 +120,7 @@ static ad_status step_square(reduced_rod *rod, double t, double h, remembered me
                              const double *state, const double *inputs, const double *after,
                              double *next, double *by_state, double *by_inputs, ad_error *error)
 {
-    const size_t states = (size_t)(reduced_states(rod) + memory.count),
+    const size_t states = (size_t)reduced_states(rod) + (size_t)memory.count,
                  width = (size_t)rod->m->inputs,
                  count = by_inputs  ? states + width
                          : by_state ? states

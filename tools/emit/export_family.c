@@ -65,8 +65,8 @@ static int loads_of(const export_family *family)
 static size_t sought_of(const export_family *family)
 {
     const int nodes = strain_mesh_nodes(&family->mesh);
-    return (size_t)(family->forces + strain_twisting(family->open, nodes) + 3 * nodes +
-                    family->held);
+    const int sought = family->forces + strain_twisting(family->open, nodes) + 3 * nodes;
+    return (size_t)sought + (size_t)family->held;
 }
 
 typedef struct recording {
@@ -322,7 +322,7 @@ static void write_header(const export_family *family, FILE *file)
     put_numbers(family, "POINTS", (size_t)family->places, file);
     put_numbers(family, "COLUMNS", (size_t)family->columns, file);
     put_numbers(family, "NODES", (size_t)strain_mesh_nodes(&family->mesh), file);
-    put_numbers(family, "WIDTH", (size_t)(3 + family->tubes), file);
+    put_numbers(family, "WIDTH", (size_t)3 + (size_t)family->tubes, file);
     put_numbers(family, "MEMORY", memory_of(family), file);
     put_numbers(family, "OUT_OF_RANGE", 1, file);
     put_numbers(family, "SINGULAR", 2, file);

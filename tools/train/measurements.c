@@ -329,7 +329,11 @@ static ad_status take_row(const reading *r, size_t row, double *s, double *t, do
     if (status == AD_OK && scene_is_dynamic(open)) {
         const double at = r->t ? r->t[row] : (double)(row / table_inner(r->table)) / r->data->rate;
         *t = fmin(duration, fmax(0, at));
+        double late = 0;
         status = check_number(r, row, "t", at, 0, duration, error);
+        if (status == AD_OK && quantity_is_number(r->data->view.delay, &late)) {
+            status = check_number(r, row, "t - delay", at - late, -late, duration, error);
+        }
     }
     for (int k = 0; k < open->parameter_count && status == AD_OK; k++) {
         const scene_parameter *p = &open->parameters[k];
