@@ -236,19 +236,23 @@ static bool meaning_of(recording *r, const char *name, ad_value *value)
     return true;
 }
 
+/* Whether a number that is given has the name of what the rod is there. */
+static bool is_twofold(const recording *r, const char *name)
+{
+    const response_scope *scope = r->scope;
+    output found;
+    return (index_of(name, strlen(name), scope->parameters, scope->parameter) >= 0 ||
+            index_of(name, strlen(name), scope->columns, scope->column) >= 0) &&
+           (strcmp(name, "energy") == 0 || strcmp(name, "stability") == 0 ||
+            (r->of->kind != RESPONSE_AT_PLACES && find_output(r, name, &found)));
+}
+
 /* The elastic energy of the rod: its density, integrated. */
 static ad_status find_energy(recording *r, ad_error *error)
 {
     static const char density[] = "mean(energy_density)";
-    const response_scope *scope = r->scope;
-    const char *const name = rod_section_name(ROD_SECTION_ENERGY);
-    if (index_of(name, strlen(name), scope->parameters, scope->parameter) >= 0 ||
-        index_of(name, strlen(name), scope->columns, scope->column) >= 0) {
-        return ad_fail(error, AD_BAD_INPUT, "has energy, but %s is another number; rename that",
-                       name);
-    }
     return r->of->energy ? AD_OK
-                         : response_create(density, scope, r->of->points, &r->of->energy, error);
+                         : response_create(density, r->scope, r->of->points, &r->of->energy, error);
 }
 
 /* The margin comes with shapes, of rods at rest that have one. */
@@ -268,6 +272,12 @@ static ad_status bind(recording *r, const char *name, ad_error *error)
         }
     }
     ad_value value;
+    if (is_twofold(r, name)) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "has %s, which is a parameter or a column of cases, and what the rod has "
+                       "along it; rename the former",
+                       name);
+    }
     if (!meaning_of(r, name, &value)) {
         return AD_OK; /* a function, a constant, or unknown, which the parser says */
     }
