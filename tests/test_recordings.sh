@@ -107,6 +107,12 @@ refused 'light.csv.measured.csv:[0-9]*: t - delay is 2.0[0-9]*; allowed: 0.1 to 
     --set 'parameters.stiffness={identify: 1.2, range: [0.5, 2]}' \
     --set 'data=[{quantity: position, file: light.csv.measured.csv, noise: 3.0e-4, delay: -0.1}]'
 
+# Where nothing is to be found, too, it is said why no row has a solution.
+sed -e '/^  payload\|^  stiffness\|^  pull2\|^tendons\|offset\|^bodies/d' -e 's/\*stiffness//; s/start: {type: clamped}/start: {type: driven, position: [pull1, 0, 0]}/' arm.yaml >follows.yaml
+echo 'springs: [{at: 0.3, stiffness: [1, 1, 1]}]' >>follows.yaml
+run 3 cpinn-solve follows.yaml --set "$(data light.csv.measured.csv)"
+said stdout.txt '^warning .misfit.: .* no solution for 202 rows .*: boundary.start follows the input pull1, and springs'
+
 # The filter finds the payload of both recordings, and the model predicts to the noise: what is
 # measured has 0.3 mm in three directions, 0.52 mm, one sample and half a second ahead.
 each() { tr -d '\n ' <replay.json | sed 's/.*"recordings":\[//' | tr '{' '\n' | grep -o "\"$1\":[-0-9.e]*" | cut -d: -f2; }

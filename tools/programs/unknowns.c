@@ -120,13 +120,15 @@ void unknowns_verdict(const unknowns *unknowns, verdict *result)
     }
     for (int i = 0; i < unknowns->fit.count; i++) {
         const judged_set *set = &unknowns->fit.set[i];
+        const char *why = unknowns->fit.unsolved.message;
         if (set->unsolved > 0) {
             verdict_add(
                 result, VERDICT_MISFIT,
                 "data[%d]: there is no solution for %zu rows of %.60s, so that nobody knows "
-                "how far they are off",
+                "how far they are off%s%.300s",
                 set->entry, set->unsolved,
-                file_bytes_name(unknowns->settings->settings.data[set->entry].file));
+                file_bytes_name(unknowns->settings->settings.data[set->entry].file),
+                *why ? ": " : "", why);
         }
     }
 }

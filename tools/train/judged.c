@@ -5,6 +5,7 @@
 #include "tools/train/judged_rows.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 
 static size_t most_of(const scene *open, const solve_measured *set)
@@ -62,7 +63,7 @@ static size_t judge_set(const scene *open, const solve_measured *set, const doub
 
 /* What was measured, and points of shapes behind it, at values. */
 static ad_status solve_all(const judged_found *x, int count, const solve_measured *sets,
-                           int threads, double **residuals, ad_error *error)
+                           int threads, double **residuals, ad_error *unsolved, ad_error *error)
 {
     solve_trials *trials = NULL;
     ad_status status = solve_trials_create(x->open, count, sets, 0, threads, &trials, error);
@@ -72,12 +73,14 @@ static ad_status solve_all(const judged_found *x, int count, const solve_measure
         status = *residuals
                      ? solve_trials_run(trials, 1, x->values, false, *residuals, error)
                      : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu residuals", numbers);
+        snprintf(unsolved->message, sizeof unsolved->message, "%s", solve_trials_reason(trials));
     }
     solve_trials_free(trials);
     return status;
 }
 
-static ad_status solve(const judged_found *x, int threads, double **residuals, ad_error *error)
+static ad_status solve(const judged_found *x, int threads, double **residuals, ad_error *unsolved,
+                       ad_error *error)
 {
     const int points = x->poses ? x->poses->sets : 0;
     solve_measured *all = malloc((size_t)(x->count + points + 1) * sizeof *all);
@@ -87,7 +90,8 @@ static ad_status solve(const judged_found *x, int threads, double **residuals, a
     for (int i = 0; i < x->count + points; i++) {
         all[i] = i < x->count ? x->sets[i] : x->poses->set[i - x->count];
     }
-    const ad_status status = solve_all(x, x->count + points, all, threads, residuals, error);
+    const ad_status status =
+        solve_all(x, x->count + points, all, threads, residuals, unsolved, error);
     free(all);
     return status;
 }
@@ -100,7 +104,6 @@ static ad_status judge_all(const judged_found *x, const double *residuals, judge
         most = x->sets[i].rows > most ? x->sets[i].rows : most;
     }
     double *distances = malloc(most * sizeof *distances);
-    *result = (judged){.count = 0};
     for (int i = 0; i < x->count && distances; i++) {
         judged_set *to = &result->set[result->count++];
         *to = (judged_set){.entry = measurements_entry(x->data, i), .held_out = i >= x->fitted};
@@ -123,9 +126,10 @@ ad_status measured_judge(const scene *open, const measurements *data,
                       .fitted = measurements_count(data)};
     double *residuals = NULL;
     x.count = x.fitted + measurements_held_out(data);
+    *result = (judged){.count = 0};
     ad_status status =
         rows ? measured_poses_create(open, data, settings, values, &x.poses, error) : AD_OK;
-    status = status == AD_OK ? solve(&x, threads, &residuals, error) : status;
+    status = status == AD_OK ? solve(&x, threads, &residuals, &result->unsolved, error) : status;
     status = status == AD_OK ? judge_all(&x, residuals, result, error) : status;
     if (rows) {
         *rows = NULL;

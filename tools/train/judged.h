@@ -21,6 +21,7 @@ typedef struct judged_set {
 typedef struct judged {
     int count;
     judged_set set[TRAIN_DATA_MAX]; /* those that are held out last */
+    ad_error unsolved;              /* its message: why there is none for some row, where known */
 } judged;
 
 /* How a file was judged: "held_out", else "fitted", or where nothing is unknown "compared". */
