@@ -147,7 +147,8 @@ rod:
   material: {youngs_modulus: "2e5*soft", poissons_ratio: 0.4, density: 1000, relaxation_time: 0.02}
   section: {shape: circle, radius: 0.01}
 boundary: {start: {type: clamped}}
-loads: {gravity: [0, 0, -9.81], tip: {force: [0, "0.02*push*sin(20*t)", 0]}}
+initial: {state: equilibrium}
+loads: {gravity: [0, -0.5, -2], tip: {force: [0, "0.02*push*sin(20*t)", 0]}}
 time: {duration: 0.4}
 """
 with open("swing.yaml", "w") as file:

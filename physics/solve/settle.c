@@ -179,6 +179,10 @@ ad_status solve_settle(scene *rod_scene, quantities *names, ad_error *error)
     if (rod_scene->initial.state != SCENE_EQUILIBRIUM) {
         return AD_OK;
     }
+    if (!names) {
+        return ad_fail(error, AD_BAD_ARGUMENT,
+                       "the scene has no names for the formulas of its equilibrium");
+    }
     const quantity none = {.is_given = false};
     scene still = *rod_scene;
     solve_settings settings;

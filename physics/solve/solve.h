@@ -203,7 +203,7 @@ ad_status solve_start(const scene *rod_scene, solve_place ends[2], ad_error *err
  * puts that shape into initial.settled, formulas that belong to `names`; of other scenes nothing.
  * Tendons do not rub then. The scene must pass scene_check. AD_BAD_INPUT: there is no such
  * equilibrium, or its verdict is a warning (unstable, or not as exact as a motion needs);
- * AD_NO_MEMORY, and the errors of solution_create. */
+ * AD_BAD_ARGUMENT: names is NULL; AD_NO_MEMORY, and the errors of solution_create. */
 ad_status solve_settle(scene *rod_scene, quantities *names, ad_error *error);
 
 /* ---- paths --------------------------------------------------------------------------------- */

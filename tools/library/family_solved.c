@@ -91,8 +91,10 @@ static ad_status solve_one(const cpinn_family *family, const double *parameters,
     scene_member(&family->open, parameters, &one);
     const solve_settings settings = settings_of(family, &one);
     const bool moves = scene_is_dynamic(&one);
-    ad_status status = solution_create(&one, &settings, moves ? family->points : 0, family->t,
-                                       &found, &report, error);
+    ad_status status = moves ? solve_settle(&one, one.names, error) : AD_OK;
+    status = status == AD_OK ? solution_create(&one, &settings, moves ? family->points : 0,
+                                               family->t, &found, &report, error)
+                             : status;
     if (status == AD_NO_MEMORY || status == AD_NO_BLAS) {
         return status;
     }
