@@ -172,6 +172,10 @@ sudden = cpinn.Members("sudden.yaml", 0.3, t=0.4)
 assert sudden.solve(member).answers["trusted"].all()
 raises(ValueError, "the parameter push moves an instant", sudden.jacobian, member)
 
+with open("played.yaml", "w") as file:
+    file.write(swing.replace("0.02*push*sin(20*t)", "0.02*play(push, 0.1)*sin(20*t)"))
+raises(ValueError, "do not have plays and lags", cpinn.Members, "played.yaml", 0.3, t=0.4)
+
 # PyTorch.
 try:
     import torch

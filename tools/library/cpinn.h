@@ -266,7 +266,8 @@ void cpinn_family_free(cpinn_family *family);
  * the position over the length (0: CPINN_TOLERANCE). What it does not solve is left to the other
  * one, unless that is to be left alone. Rods in motion are left to solution_create (0: the
  * tolerance of solve_settings_default). AD_BAD_ARGUMENT as above, and a scene at rest, or of a
- * beam, that the solver of members does not take; AD_BAD_INPUT, AD_IO, AD_NO_MEMORY. */
+ * beam, that the solver of members does not take, and plays and lags of parameters in motion;
+ * AD_BAD_INPUT, AD_IO, AD_NO_MEMORY. */
 ad_status cpinn_family_file(const char *path, int count, const char *const *overrides,
                             double tolerance, const cpinn_family_settings *settings,
                             cpinn_family **result, ad_error *error);

@@ -251,13 +251,18 @@ ad_status cpinn_family_of_scene(const scene *open, double tolerance,
         return status;
     }
     cpinn_family *family = *result;
-    family->solves_all = !family->solver && scene_is_dynamic(open) && !scene_is_beam(open);
+    const bool moves = scene_is_dynamic(open) && !scene_is_beam(open);
+    family->solves_all = !family->solver && moves && open->memory_count == 0;
     if (family->solves_all) {
         family->tolerance = tolerance;
         ad_fail(&family->not_compiled, AD_BAD_ARGUMENT, "%s", family->why_not.message);
         return AD_OK;
     }
-    status = !family->solver     ? ad_fail(error, AD_BAD_ARGUMENT, "%s", family->why_not.message)
+    status = !family->solver && moves
+                 ? ad_fail(error, AD_BAD_ARGUMENT,
+                           "members in motion do not have plays and lags of parameters yet; "
+                           "allowed: formulas without them, or a scene of one member")
+             : !family->solver   ? ad_fail(error, AD_BAD_ARGUMENT, "%s", family->why_not.message)
              : settings->compile ? create_code(NULL, family, error)
                                  : AD_OK;
     if (status != AD_OK) {
