@@ -192,6 +192,24 @@ static void an_unknown_stiffness(void **state)
     free_robot(&middle);
 }
 
+/* A way inside of a pipe is certified, and holds for shapes of a robot that may be a finer one. */
+static void try_certified(const robot *r, robot *fine, mesh m, double radius, size_t count,
+                          const double *way, uint64_t seed)
+{
+    ad_error error = {.message = ""};
+    environment *of = open_mesh(&m, ENVIRONMENT_INSIDE);
+    const certificate_settings asked = {
+        .radius = radius, .from = 0, .promised = 0.001, .shapes_max = 2000};
+    certificate *c = NULL;
+    assert_int_equal(
+        certificate_create(r->exact, of, ENVIRONMENT_INSIDE, &asked, count, way, &c, &error),
+        AD_OK);
+    assert_int_equal(c->end, CERTIFICATE_HOLDS);
+    try_way(fine, of, c, radius, seed, 256, 0, false);
+    certificate_free(c);
+    environment_free(of);
+}
+
 /* Of a robot that comes out of a port s counts otherwise than metres; lines between points are no
  * longer than speeds allow, and hardly shorter. Bends of 10 1/m take (0.003*10)^2/24 off. */
 static void an_inserted_robot(void **state)
@@ -217,18 +235,8 @@ static void an_inserted_robot(void **state)
             assert_true(line <= length * (1 + 1e-6) && line >= length * (1 - 1e-4));
         }
     }
-    mesh m = mesh_tube(0.09, 0.05, 0.35, 0.1, 30, 32);
-    environment *of = open_mesh(&m, ENVIRONMENT_INSIDE);
-    const certificate_settings asked = {
-        .radius = 0.002, .from = 0, .promised = 0.001, .shapes_max = 2000};
     const double way[2 * 5] = {0, 0, 0, 0.06, 1, 1, 0.5, 0, 0.19, 1};
-    certificate *c = NULL;
-    assert_int_equal(
-        certificate_create(r.exact, of, ENVIRONMENT_INSIDE, &asked, 2, way, &c, &error), AD_OK);
-    assert_int_equal(c->end, CERTIFICATE_HOLDS);
-    try_way(&r, of, c, asked.radius, 3, 256, 0, false);
-    certificate_free(c);
-    environment_free(of);
+    try_certified(&r, &r, mesh_tube(0.09, 0.05, 0.35, 0.1, 30, 32), 0.002, 2, way, 3);
     free_robot(&r);
 }
 
@@ -267,19 +275,8 @@ static void a_robot_of_tubes(void **state)
     robot r = robot_of(text, "tubes.yaml"), fine = robot_of(text, "tubes.yaml");
     open_robot(&r, 61);
     open_robot(&fine, 181);
-    mesh m = mesh_tube(0.15, 0.05, 0.35, 0.3, 30, 32);
-    environment *of = open_mesh(&m, ENVIRONMENT_INSIDE);
-    const certificate_settings asked = {
-        .radius = 0.0015, .from = 0, .promised = 0.001, .shapes_max = 2000};
-    certificate *c = NULL;
-    ad_error error = {.message = ""};
     assert_int_equal(r.moves.count, 5);
-    assert_int_equal(
-        certificate_create(r.exact, of, ENVIRONMENT_INSIDE, &asked, 3, way, &c, &error), AD_OK);
-    assert_int_equal(c->end, CERTIFICATE_HOLDS);
-    try_way(&fine, of, c, asked.radius, 5, 256, 0, false);
-    certificate_free(c);
-    environment_free(of);
+    try_certified(&r, &fine, mesh_tube(0.15, 0.05, 0.35, 0.3, 30, 32), 0.0015, 3, way, 5);
     free_robot(&r);
     free_robot(&fine);
 }
@@ -361,17 +358,7 @@ static void a_robot_of_helices(void **state)
         assert_true(sqrt(vector_dot(moment, moment)) < 1e-6 * 3 * offset);
         assert_true(sqrt(vector_dot(force, force)) < 1e-6 * 3);
     }
-    mesh m = mesh_tube(0.09, 0.05, 0.35, 0.1, 30, 32);
-    environment *of = open_mesh(&m, ENVIRONMENT_INSIDE);
-    const certificate_settings asked = {
-        .radius = 0.003, .from = 0, .promised = 0.001, .shapes_max = 2000};
-    certificate *c = NULL;
-    assert_int_equal(certificate_create(r.exact, of, ENVIRONMENT_INSIDE, &asked, 3, q, &c, &error),
-                     AD_OK);
-    assert_int_equal(c->end, CERTIFICATE_HOLDS);
-    try_way(&fine, of, c, asked.radius, 6, 256, 0, false);
-    certificate_free(c);
-    environment_free(of);
+    try_certified(&r, &fine, mesh_tube(0.09, 0.05, 0.35, 0.1, 30, 32), 0.003, 3, q, 6);
     free_robot(&r);
     free_robot(&fine);
 }

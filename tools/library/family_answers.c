@@ -284,18 +284,10 @@ static cpinn_answer answer_solved(const cpinn_family *family, const solve_member
                           .trusted = solved->solved};
 }
 
-/* Of a family that the solver of members does not take there are none yet. */
 static ad_status answer_by_members(cpinn_family *family, bool keeps, size_t members,
                                    const double *parameters, double *values, cpinn_answer *answers,
                                    ad_error *error)
 {
-    for (size_t i = 0; i < members && family->solves_all; i++) {
-        answers[i] = (cpinn_answer){
-            .error = NAN, .network_error = NAN, .source = CPINN_FROM_NOTHING, .trusted = false};
-    }
-    if (family->solves_all) {
-        return AD_OK;
-    }
     const ad_status status =
         solve_members_curvature(family->solver, members, parameters, values,
                                 keeps ? family->curvature : NULL, family->solved, error);
@@ -384,7 +376,7 @@ static ad_status answer_chunk(cpinn_family *family, const cpinn_polish *polish, 
 {
     const int steps = answers ? polish->steps : 0;
     const bool keeps = jacobian || wanted;
-    const bool solves = family->solves_all || (answers && family->solver && !polish->alone);
+    const bool solves = answers && family->solver && !polish->alone;
     const bool by_code = !wanted && answer_by_code(family, false, steps, members, parameters,
                                                    values, jacobian, answers);
     ad_status status =
@@ -400,11 +392,7 @@ static ad_status answer_chunk(cpinn_family *family, const cpinn_polish *polish, 
         status = solve_wanting(family, steps, keeps, members, parameters, values, answers, error);
     }
     if (status == AD_OK && solves) {
-        status = solve_rest(family, keeps && family->solver, members, parameters, values, answers,
-                            error);
-    }
-    if (status == AD_OK && keeps && family->solves_all) {
-        return cpinn_family_change(family, members, parameters, jacobian, answers, error);
+        status = solve_rest(family, keeps, members, parameters, values, answers, error);
     }
     return status == AD_OK && keeps && family->solver && !by_code
                ? differentiate(family, wanted, members, parameters, answers, jacobian, error)
@@ -447,6 +435,21 @@ static ad_status answer_with_forces(cpinn_family *family, const cpinn_polish *po
     return status;
 }
 
+/* Of families that solution_create alone answers. */
+static ad_status answer_motions(cpinn_family *family, size_t members, const double *parameters,
+                                double *values, double *jacobian, cpinn_answer *answers,
+                                ad_error *error)
+{
+    for (size_t i = 0; i < members; i++) {
+        answers[i] = (cpinn_answer){.network_error = NAN, .source = CPINN_FROM_NOTHING};
+    }
+    look_outside(family, members, parameters, values, answers);
+    const ad_status status = solve_rest(family, false, members, parameters, values, answers, error);
+    return status == AD_OK && jacobian
+               ? cpinn_family_change(family, members, parameters, jacobian, answers, error)
+               : status;
+}
+
 static ad_status answer_all(cpinn_family *family, const cpinn_polish *polish, bool forces,
                             size_t members, const double *parameters, double *values,
                             double *jacobian, cpinn_answer *answers, ad_error *error)
@@ -465,11 +468,12 @@ static ad_status answer_all(cpinn_family *family, const cpinn_polish *polish, bo
         const double *given = parameters + first * count;
         double *to = values + first * width,
                *slopes = jacobian ? jacobian + first * width * count : NULL;
-        cpinn_answer *said = answers              ? answers + first
-                             : family->solves_all ? family->unasked
-                                                  : NULL;
-        status = forces ? answer_with_forces(family, polish, now, given, to, slopes, said, error)
-                        : answer_chunk(family, polish, false, now, given, to, slopes, said, error);
+        cpinn_answer *said = answers ? answers + first : NULL;
+        status = family->solves_all ? answer_motions(family, now, given, to, slopes,
+                                                     said ? said : family->unasked, error)
+                 : forces
+                     ? answer_with_forces(family, polish, now, given, to, slopes, said, error)
+                     : answer_chunk(family, polish, false, now, given, to, slopes, said, error);
     }
     return status;
 }
