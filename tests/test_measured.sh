@@ -100,6 +100,17 @@ refused 'no family' cpinn-solve "$elastica" --members members.csv --out z.csv
 printf 'force\n0.5\n' >forces.csv
 run 0 cpinn-solve "$ROOT/configs/families/ramp.yaml" --members forces.csv --derivatives --grid 3x2 --out motions.csv
 check derivatives of members in motion -- grep -q '^member,s,t,x,.*,w3_by_force$' motions.csv
+# Of places that move points of rows are the same material: what is at p goes with it, the tip with l.
+printf '%s\n' 'parameters: {l: {range: [0.2, 0.4]}, p: {range: [0.1, 0.19]}}' 'rod:' '  model: kirchhoff' '  length: l' \
+    '  stiffness: {bending: [1, 1], torsion: 1}' '  inertia: {mass_per_length: 1, rotary: [0, 0, 0.1]}' \
+    'boundary: {start: {type: clamped}}' 'bodies: [{at: p, mass: 1}]' 'time: {duration: 0.1}' >placed.yaml
+printf 's,t\n0.17,0\n0.24,0\n0.31,0\n' >places.csv
+run 0 cpinn-solve placed.yaml --at l=0.31,p=0.17 --method modes --derivatives --points places.csv --out placed.csv
+check derivatives at places that move -- awk -F, 'NR == 1 { for (c = 1; c <= NF; c++) at[$c] = c; next }
+    function off(a, b) { return a - b > 1e-9 || b - a > 1e-9 }
+    { l = (NR - 2) / 2; bad += off($at["s"], 0.17 + 0.07 * (NR - 2)) + off($at["z"], $at["s"])
+      bad += off($at["z_by_l"], l) + off($at["z_by_p"], 1 - l) }
+    END { exit NR != 4 || bad > 0 }' placed.csv
 refused '^cpinn-solve: --members: allowed beside it' cpinn-solve "$scene" --members members.csv --at gx=1 --out z.csv
 refused 'nothing would be written' cpinn-solve "$scene" --members members.csv
 refused '^cpinn-solve: --derivatives: allowed: of --members' cpinn-solve "$elastica" --derivatives

@@ -363,6 +363,7 @@ ad_status modes_create(solve_rod *rod, const solve_parameters *open, const modes
         return ad_fail(error, AD_NO_MEMORY, "out of memory for modes");
     }
     m->rod = rod;
+    m->rest_moves = rod->rest_moves;
     m->feed.mode = m->turn.mode = m->turn.input = -1;
     m->inputs = open ? open->count : 0;
     m->counts = *counts;

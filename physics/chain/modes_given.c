@@ -57,6 +57,24 @@ static ad_status give_sections(modes *m, ad_error *error)
     return status == AD_OK ? modes_branch_give(m, made, error) : status;
 }
 
+/* Modes count from the rest shape, and where that moves from the first. A strain without modes is
+ * as the present one has it, which then stays (modes_create, find_rest). */
+static void give_origin(const modes *m, int p)
+{
+    const modes_element *element = &m->element[p / (m->stages + 1)];
+    modes_point *to = &m->point[p];
+    bool stays[MODES_STRAINS];
+    for (int c = 0; c < MODES_STRAINS; c++) {
+        stays[c] = m->has_given && m->rod->rest_moves;
+    }
+    for (int k = element->own; k < element->end; k++) {
+        stays[m->mode[k].strain] = m->has_given && m->rest_moves;
+    }
+    for (int c = 0; c < MODES_STRAINS; c++) {
+        to->origin[c] = stays[c] ? to->origin[c] : to->rest[c];
+    }
+}
+
 static ad_status give_rest(modes *m, ad_error *error)
 {
     const solve_rest *rest = (const solve_rest *)room_for(m);
@@ -71,8 +89,8 @@ static ad_status give_rest(modes *m, ad_error *error)
         if (m->feed.mode >= 0) {                               /* with the mode that feeds 0 */
             to->origin[MODES_V + 2] = extends;
             memset(to->rest_rate, 0, sizeof to->rest_rate); /* of the material */
-        } else if (!m->has_given && extends) {
-            memcpy(to->origin, to->rest, sizeof to->origin);
+        } else if (extends) {
+            give_origin(m, p);
         }
     }
     modes_branch_rest(m);
@@ -371,7 +389,8 @@ ad_status modes_by_inputs(modes *m, double t, const double *q, const double *v, 
 {
     const int n = m->size;
     double inputs[SCENE_PARAMETERS_MAX], *residual = m->room;
-    const bool moves = solve_rod_part_kind(m->rod, SOLVE_START).by_parameters && m->turn.mode < 0;
+    const bool moves = m->origin_moves ||
+                       (solve_rod_part_kind(m->rod, SOLVE_START).by_parameters && m->turn.mode < 0);
     ad_status status = AD_OK;
     modes_commands(m, inputs);
     for (int k = 0; k < m->inputs && status == AD_OK; k++) {

@@ -132,6 +132,8 @@ struct modes {
     double *input_step;        /* [inputs] for difference quotients */
     double *rate;              /* [2][inputs] by t, that ends follow; 0 but for modes_move */
     bool has_moved;            /* these, since ends were taken */
+    bool rest_moves;           /* the rest shape, by t or by inputs that may move; */
+    bool origin_moves;         /* of points, with inputs that do not */
     uint64_t unasked;          /* inputs by which derivatives are not wanted: 0 in their place */
     struct modes_affine {      /* values [count]: base + sum_k slope_k (input_k - center_k) */
         size_t count;
@@ -243,10 +245,12 @@ void modes_linearise(modes *m, const double *q, const double *v, const double *a
 
 /* A rod and its modes (modes.h), with the parameters of a family as inputs and their ranges; it is
  * measured by the member in their middle. follows: a held end may depend on them, as whoever steps
- * says how fast they are, or they stay as they are. Both results are to be freed, also after
- * errors; AD_BAD_ARGUMENT: a parameter that modes do not take as an input. */
-ad_status modes_create_open(const scene *family, bool follows, const modes_counts *counts,
-                            int finer, solve_rod **rod, modes **result, ad_error *error);
+ * says how fast they are, or they stay as they are. staying: a bit for each parameter that does so
+ * while anything moves. Both results are to be freed, also after errors; AD_BAD_ARGUMENT: a
+ * parameter that modes do not take as an input. */
+ad_status modes_create_open(const scene *family, bool follows, uint64_t staying,
+                            const modes_counts *counts, int finer, solve_rod **rod, modes **result,
+                            ad_error *error);
 
 /* Ranges of the inputs: parts that are affine in them everywhere, as far as samples tell, and do
  * not depend on t are taken as sums from now on. AD_NO_MEMORY, errors of formulas. */
@@ -326,13 +330,13 @@ void modes_samples(const modes *m, const modes_places *places, solve_state *out)
 ad_status modes_see(modes *m, const double *state, double *room, const modes_places *places,
                     solve_state *out, ad_error *error);
 
-/* Kinematics of places, s [places] within [0, 1], with the wanted rows [rows] of derivatives; the
- * start is that of the present time and inputs, and by modes_kinematics_start of those it is called
- * with. AD_NO_MEMORY: x is all 0. */
-ad_status modes_kinematics_create(const modes *m, size_t places, const double *s, int rows,
-                                  const int *row, kinematics *kinematics, ad_error *error);
+/* Kinematics of places with the wanted rows [rows] of derivatives; the start, and strains of modes
+ * that are all 0, are those of the present time and inputs, and by modes_kinematics_start of those
+ * it is called with. AD_NO_MEMORY: x is all 0. */
+ad_status modes_kinematics_create(const modes *m, modes_places *places, int rows, const int *row,
+                                  kinematics *kinematics, ad_error *error);
 void modes_kinematics_free(kinematics *kinematics);
-void modes_kinematics_start(const modes *m, kinematics *kinematics);
+void modes_kinematics_start(const modes *m, const modes_places *places, kinematics *kinematics);
 
 /* The modes and rates [size] that come nearest to what is seen along the rod [count], in SI units.
  */

@@ -5,12 +5,12 @@
 #include "physics/scene/scene_field.h"
 #include "physics/scene/support.h"
 
-/* Places are seen where they are at usual inputs: what differs has to be a mode. */
-static ad_status check_lengths(const scene *open, ad_error *error)
+/* What becomes longer while it moves has to be a mode. */
+static ad_status check_lengths(const scene *open, uint64_t staying, ad_error *error)
 {
     char text[sizeof error->message];
     for (int k = 0; k < open->parameter_count && !(open->feed.to > 0); k++) {
-        if (quantity_depends_on(open->place, open->parameters[k].name)) {
+        if (!(staying >> k & 1) && quantity_depends_on(open->place, open->parameters[k].name)) {
             support_sentence(support_feature_find("a length or place with a range"),
                              SUPPORT_ONE_STEP, text, sizeof text);
             return ad_fail(error, AD_BAD_ARGUMENT,
@@ -70,8 +70,43 @@ static ad_status check_places(const scene *family, ad_error *error)
                : status;
 }
 
-ad_status modes_create_open(const scene *family, bool follows, const modes_counts *counts,
-                            int finer, solve_rod **rod, modes **result, ad_error *error)
+static bool has_modes(const modes *m, int strain)
+{
+    bool all = true;
+    for (int e = m->hinges; e < m->elements && all; e++) {
+        bool any = false;
+        for (int a = m->element[e].own; a < m->element[e].end; a++) {
+            any = any || m->mode[a].strain == strain;
+        }
+        all = any;
+    }
+    return all;
+}
+
+/* Nor does a strain without modes follow what may move. */
+static ad_status find_rest(modes *m, const scene *open, uint64_t staying, ad_error *error)
+{
+    const scene_rest rest = scene_rest_of(open);
+    for (int at = 0; at < MODES_STRAINS * open->parameter_count && !(open->feed.to > 0); at++) {
+        const int k = at / MODES_STRAINS, c = at % MODES_STRAINS;
+        const quantity of = c < MODES_U ? rest.strain[c] : rest.curvature[c - MODES_U];
+        const bool depends = quantity_depends_on(of, open->parameters[k].name),
+                   moves = depends && !(staying >> k & 1);
+        m->rest_moves |= moves;
+        m->origin_moves |= depends && !moves;
+        if (moves && !has_modes(m, c)) {
+            return ad_fail(error, AD_BAD_ARGUMENT,
+                           "rod.rest depends on %s along what is locked or has no modes; allowed: "
+                           "a rest shape that stays there",
+                           open->parameters[k].name);
+        }
+    }
+    return AD_OK;
+}
+
+ad_status modes_create_open(const scene *family, bool follows, uint64_t staying,
+                            const modes_counts *counts, int finer, solve_rod **rod, modes **result,
+                            ad_error *error)
 {
     const char *names[SCENE_PARAMETERS_MAX];
     double low[SCENE_PARAMETERS_MAX], high[SCENE_PARAMETERS_MAX], middle[SCENE_PARAMETERS_MAX];
@@ -83,7 +118,7 @@ ad_status modes_create_open(const scene *family, bool follows, const modes_count
         low[k] = family->parameters[k].low;
         high[k] = family->parameters[k].high;
     }
-    ad_status status = check_lengths(family, error);
+    ad_status status = check_lengths(family, staying, error);
     status = status == AD_OK ? check_turn(family, error) : status;
     status = status == AD_OK && !(family->feed.to > 0) ? check_places(family, error) : status;
     if (status != AD_OK) {
@@ -93,6 +128,7 @@ ad_status modes_create_open(const scene *family, bool follows, const modes_count
                   : solve_rod_create(family, rod, error);
     status = status == AD_OK ? check_end(*rod, follows, error) : status;
     status = status == AD_OK ? modes_create(*rod, open, counts, finer, result, error) : status;
+    status = status == AD_OK ? find_rest(*result, family, staying, error) : status;
     return status == AD_OK ? modes_set_ranges(*result, low, high, error) : status;
 }
 

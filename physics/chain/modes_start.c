@@ -132,24 +132,34 @@ static void begin_feed(const modes *m, double *q, double *v)
     }
 }
 
+/* Of the unstressed rod at a point: weights along it are the same by whatever length s is measured.
+ */
+static double length_at(const modes_point *at)
+{
+    return at->weight * sqrt(vector_dot(at->rest + MODES_V, at->rest + MODES_V));
+}
+
 /* The normal equations of the points' `off`; returns the largest. */
 static double normal_equations(modes *m, const solve_initial *given, bool moving, double *matrix,
                                double *right)
 {
     const int n = m->size, width = m->width;
-    double most = 0;
+    double most = 0, length = 0;
     memset(matrix, 0, (size_t)(n * width) * sizeof *matrix);
     memset(right, 0, (size_t)n * sizeof *right);
     for (int p = 0; p < m->points; p++) {
+        length += length_at(&m->point[p]);
+    }
+    for (int p = 0; p < m->points; p++) {
         double off[6];
-        const double weight = m->point[p].weight;
+        const double weight = length_at(&m->point[p]), turn = MODES_TURN * length * length;
         const double *rho = m->rho + p * 3 * width, *theta = m->theta + p * 3 * width;
         if (weight > 0) {
             most = fmax(most, point_off(&m->point[p], &given[p], moving, off));
         }
         for (int k = 0; k < 6 && weight > 0; k++) {
             const double *row = k < 3 ? rho + k * width : theta + (k - 3) * width;
-            add_row(m, weight * (k < 3 ? 1 : MODES_TURN), row, off[k], matrix, right);
+            add_row(m, weight * (k < 3 ? 1 : turn), row, off[k], matrix, right);
         }
     }
     leave_reactions(m, matrix, right);

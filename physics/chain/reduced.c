@@ -47,7 +47,8 @@ static ad_status create_model(reduced_rod *rod, const reduced_settings *settings
     const bool is_given = given[0] + given[1] + given[2] + given[3] > 0;
     const modes_counts counts = is_given ? modes_counts_of(given[0], given[1], given[2], given[3])
                                          : modes_counts_of(3, 1, 2, 1);
-    return modes_create_open(&rod->open, settings->follows, &counts, 0, &rod->rod, &rod->m, error);
+    return modes_create_open(&rod->open, settings->follows, settings->staying, &counts, 0,
+                             &rod->rod, &rod->m, error);
 }
 
 static ad_status place(reduced_rod *rod, const reduced_settings *settings, ad_error *error)
@@ -69,7 +70,10 @@ static ad_status place(reduced_rod *rod, const reduced_settings *settings, ad_er
         }
     }
     if (status == AD_OK) {
-        status = modes_kinematics_create(rod->m, places, s, OUTPUT_ROWS * settings->count, rows,
+        status = modes_places_create(rod->m, places, s, &rod->places, error);
+    }
+    if (status == AD_OK) {
+        status = modes_kinematics_create(rod->m, rod->places, OUTPUT_ROWS * settings->count, rows,
                                          &rod->look, error);
     }
     free(s);
@@ -148,6 +152,7 @@ void reduced_free(reduced_rod *rod)
 {
     if (rod) {
         modes_kinematics_free(&rod->look);
+        modes_places_free(rod->places);
         collocation_free(rod->step);
         modes_free(rod->m);
         solve_rod_free(rod->rod);
@@ -395,7 +400,7 @@ ad_status reduced_output(reduced_rod *rod, double t, const double *state, const 
     if (status != AD_OK) {
         return status;
     }
-    modes_kinematics_start(rod->m, &rod->look);
+    modes_kinematics_start(rod->m, rod->places, &rod->look);
     kinematics_see(&rod->look, 1, state, rod->seen, by_state, rod->look_room);
     for (int i = 0; i < rod->count; i++) {
         memcpy(&places[i], rod->seen + i * KINEMATICS_SEEN, sizeof places[i]);
@@ -411,5 +416,5 @@ const kinematics *reduced_kinematics(const reduced_rod *rod)
 bool reduced_is_placed(const reduced_rod *rod)
 {
     const solve_part_kind kind = solve_rod_part_kind(rod->rod, SOLVE_START);
-    return !kind.by_t && (!kind.by_parameters || rod->m->turn.mode >= 0);
+    return !kind.by_t && (!kind.by_parameters || rod->m->turn.mode >= 0) && !rod->m->origin_moves;
 }

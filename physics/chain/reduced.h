@@ -37,6 +37,7 @@ typedef struct reduced_settings {
                       * 0: 1e-5, the fastest */
     bool follows;    /* an end may depend on inputs: steps are told how fast these are, where they
                       * move (reduced_follow) */
+    uint64_t staying; /* inputs that never move, a bit each: a length may depend on them */
 } reduced_settings;
 
 /* At one place. The order is that of the rows of derivatives. Of a rod that moves through its port

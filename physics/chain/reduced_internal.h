@@ -15,6 +15,7 @@ struct reduced_rod {
     modes *m;
     collocation *step;
     kinematics look; /* of places, all rows but those of curvature */
+    modes_places *places;
     int count;
     double newton;
     double *unit;        /* [states] of the state: SI by the model's */

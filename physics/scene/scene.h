@@ -450,11 +450,11 @@ bool scene_memory_uses(const scene *rod_scene, const char *name); /* a play or a
 ad_status scene_map(const scene *given, scene *mapped, const char **key, ad_error *error);
 
 /* Where s is at t on a member with these values, on the scene itself if that has no parameters; s
- * where it is not mapped. Which s is at a place of a scene of numbers whose lengths are those of
- * the middle, or that is fed in time. And of a scene of numbers growth at s and t, else 1. */
+ * where it is not mapped. And growth there, else 1. Which s is at a place of a scene of numbers
+ * whose lengths are those of the middle, or that is fed in time. */
 double scene_place_at(const scene *rod_scene, const double *values, double s, double t);
+double scene_growth_at(const scene *rod_scene, const double *values, double s, double t);
 double scene_at_place(const scene *rod_scene, double place, double t);
-double scene_growth_at(const scene *rod_scene, double s, double t);
 
 /* At rest: the s of a place of the member with these values, m on the rod as it is written. NaN:
  * that depends on what is to be found, or it is not on the rod. */

@@ -39,16 +39,27 @@ quantity scene_grown(quantity q, quantity growth, int power)
     return power > 0 ? quantity_multiply(q, growth) : quantity_divide(q, growth);
 }
 
-double scene_place_at(const scene *rod_scene, const double *values, double s, double t)
+/* `otherwise` where it is not given. */
+static double mapped_at(const scene *rod_scene, quantity q, double otherwise, const double *values,
+                        double s, double t)
 {
     const char *names[SCENE_PARAMETERS_MAX];
     for (int i = 0; i < rod_scene->parameter_count; i++) {
         names[i] = rod_scene->parameters[i].name;
     }
-    return rod_scene->place.is_given
-               ? quantity_value_with(rod_scene->place, s, t,
-                                     values ? rod_scene->parameter_count : 0, names, values)
-               : s;
+    return q.is_given ? quantity_value_with(q, s, t, values ? rod_scene->parameter_count : 0, names,
+                                            values)
+                      : otherwise;
+}
+
+double scene_place_at(const scene *rod_scene, const double *values, double s, double t)
+{
+    return mapped_at(rod_scene, rod_scene->place, s, values, s, t);
+}
+
+double scene_growth_at(const scene *rod_scene, const double *values, double s, double t)
+{
+    return mapped_at(rod_scene, rod_scene->rod.growth, 1, values, s, t);
 }
 
 double scene_at_place(const scene *rod_scene, double place, double t)
@@ -56,11 +67,6 @@ double scene_at_place(const scene *rod_scene, double place, double t)
     const double to = rod_scene->feed.to, port = scene_place_at(rod_scene, NULL, 0, t);
     const double end = scene_place_at(rod_scene, NULL, to, t);
     return place < end ? to * (place - port) / (end - port) : place - end + to;
-}
-
-double scene_growth_at(const scene *rod_scene, double s, double t)
-{
-    return rod_scene->rod.growth.is_given ? quantity_value(rod_scene->rod.growth, s, t) : 1;
 }
 
 double scene_s_of_place(const scene *open, const double *values, double place)

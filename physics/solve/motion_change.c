@@ -254,7 +254,8 @@ static ad_status solve(const asked *of, const modes_counts *counts, double toler
         memcpy(x->values, of->parameters, p * sizeof *x->values);
         memcpy(x->times, of->times, of->count * sizeof *x->times);
         memcpy(x->looked, of->looked, of->count * sizeof *x->looked);
-        status = modes_create_open(&x->family, true, counts, FINER, &x->rod, &x->m, error);
+        status =
+            modes_create_open(&x->family, true, UINT64_MAX, counts, FINER, &x->rod, &x->m, error);
     }
     status = status == AD_OK ? allocate(x, error) : status;
     return status == AD_OK ? go(x, of, tolerance, error) : status;
@@ -447,10 +448,26 @@ static ad_status see_beside(const motion_change *x, size_t which, size_t paramet
     return status;
 }
 
+/* Of states on both sides strains by metres as written; s in m. */
+static void shrink(const motion_change *x, size_t which, size_t parameter, size_t count,
+                   const double *s, solve_state *seen)
+{
+    for (size_t i = 0; i < 2 * count && x->family.rod.growth.is_given; i++) {
+        double values[SCENE_PARAMETERS_MAX];
+        const double by = x->m->input_step[parameter];
+        beside(x, (int)parameter, i < count ? -by : by, values);
+        const double growth = scene_growth_at(&x->family, values, s[i % count], x->times[which]);
+        for (int k = 0; k < 3; k++) {
+            seen[i].strain[k] /= growth;
+            seen[i].curvature[k] /= growth;
+        }
+    }
+}
+
 /* Points of one time, from `first` on. */
 static ad_status give(const motion_change *x, size_t which, const modes_places *places,
-                      solve_state *seen, int columns, size_t first, size_t points, double *by,
-                      ad_error *error)
+                      const double *s, solve_state *seen, int columns, size_t first, size_t points,
+                      double *by, ad_error *error)
 {
     const size_t p = (size_t)x->m->inputs;
     double units[WIDTH];
@@ -458,6 +475,7 @@ static ad_status give(const motion_change *x, size_t which, const modes_places *
     ad_status status = AD_OK;
     for (size_t k = 0; k < p && status == AD_OK; k++) {
         status = see_beside(x, which, k, places, seen, error);
+        shrink(x, which, k, status == AD_OK ? places->count : 0, s + first, seen);
         for (size_t i = 0; i < places->count && status == AD_OK; i++) {
             const double *low = (const double *)&seen[i];
             const double *high = (const double *)&seen[places->count + i];
@@ -486,7 +504,7 @@ ad_status motion_change_evaluate(const motion_change *x, int columns, size_t poi
         for (end = first; end < points && t[end] == t[first]; end++) {
         }
         status = modes_places_create(x->m, end - first, scaled + first, &places, error);
-        status = status == AD_OK ? give(x, nearest(x, t[first]), places, seen, columns, first,
+        status = status == AD_OK ? give(x, nearest(x, t[first]), places, s, seen, columns, first,
                                         points, by, error)
                                  : status;
         modes_places_free(places);

@@ -400,7 +400,7 @@ ad_status solution_evaluate(const solution *solution, int columns, size_t points
         }
         for (int c = 7; c < columns && c < 13 && grows; c++) { /* v, u by metres as written */
             values[(size_t)c * points + i] /=
-                scene_growth_at(&solution->rod->scene, s[i], t ? t[i] : 0);
+                scene_growth_at(&solution->rod->scene, NULL, s[i], t ? t[i] : 0);
         }
     }
     free(scaled);

@@ -28,9 +28,8 @@ static void assert_kinematics(const char *text)
         rows[i] = i;
     }
     assert_int_equal(modes_at(x.m, 0.3, NULL, &error), AD_OK);
-    assert_int_equal(modes_kinematics_create(x.m, PLACES, places, ROWS, rows, &observation, &error),
-                     AD_OK);
     assert_int_equal(modes_places_create(x.m, PLACES, places, &at, &error), AD_OK);
+    assert_int_equal(modes_kinematics_create(x.m, at, ROWS, rows, &observation, &error), AD_OK);
     double *room = malloc(kinematics_room(&observation) * sizeof *room);
     for (int i = 0; i < COUNT * size; i++) {
         all[i] = 0.3 * noise(&seed);

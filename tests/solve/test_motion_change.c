@@ -37,12 +37,13 @@ static solve_settings by_modes(int modes, double tolerance)
         .tolerance = tolerance, .method = SOLVE_MODES, .modes = {modes, modes, modes, modes}};
 }
 
-/* values [COLUMNS][POINTS] of a member, as written. */
+/* values [COLUMNS][POINTS] of a member, as written, at the places that are these points' of it. */
 static void solution_of(const family *x, const char *text, const double *parameters,
                         const solve_settings *settings, double *values)
 {
     ad_error error = {.message = ""};
     char at[200] = "";
+    double s[POINTS];
     config *member;
     solution *solved;
     solve_report report;
@@ -53,7 +54,11 @@ static void solution_of(const family *x, const char *text, const double *paramet
     assert_good(prepare_read_member("family.yaml", text, 0, NULL, at, &member, &error), &error);
     assert_good(solution_create(&member->scene, settings, POINTS, x->t, &solved, &report, &error),
                 &error);
-    assert_good(solution_evaluate(solved, COLUMNS, POINTS, x->s, x->t, values, &error), &error);
+    for (int i = 0; i < POINTS; i++) {
+        s[i] = scene_at_place(&member->scene,
+                              scene_place_at(&x->read->scene, parameters, x->s[i], x->t[i]), 0);
+    }
+    assert_good(solution_evaluate(solved, COLUMNS, POINTS, s, x->t, values, &error), &error);
     solution_free(solved);
     config_free(member);
 }
@@ -218,6 +223,53 @@ static const char moved[] =
                                                     "loads: {gravity: [0.5, \"b\", 0]}\n"
                                                     "time: {duration: 0.3}\n";
 
+/* Lengths and places: the shape at rest is locked, or all strains have modes. */
+#define LONG(model, stiffness, more)                                                               \
+    "parameters: {l: {range: [0.4, 0.8]}, p: {range: [0.1, 0.3]}}\n"                               \
+    "rod: {model: " model ", stiffness: {" stiffness "bending: [1, \"1+s\"], torsion: 0.8},\n"     \
+    "      inertia: {mass_per_length: 1, rotary: [0.01, 0.01, 0.02]}, " more "}\n"                 \
+    "segments: [{length: l}, {length: 0.4, inertia: {mass_per_length: 2}}]\n"                      \
+    "boundary: {start: {type: clamped, rotation: [0, 1, 0, 1]}, end: {type: loaded}}\n"            \
+    "initial: {velocity: [0, \"s^2\", 0]}\n"                                                       \
+    "loads: {gravity: [0, 0, -2], foundation: [0, \"2+9*s\", 0],\n"                                \
+    "        fluid: {across: [0.1, 0, 0.1], added_mass: 0.2},\n"                                   \
+    "        tip: {force: [0, 0.5, 0], frame: follower}}\n"                                        \
+    "bodies: [{at: p, mass: 0.3, offset: [0, 0.1, 0]}, {at: \"l+0.4\", mass: 0.2}]\n"              \
+    "springs: [{at: l, stiffness: [1, 1, 1], turning: [0.1, 0.1, 0.1]}]\n"                         \
+    "tendons: [{offset: [\"0.1*cos(3*s)\", \"0.1*sin(3*s)\"], tension: \"4*sin(3*t)^2\"},\n"       \
+    "          {offset: [0.1, 0], end: l, tension: \"3*sin(4*t)^2\"}]\n"                           \
+    "time: {duration: 0.4}\n"
+
+static const char locked[] = LONG("kirchhoff", "", "damping: {curvature: [0.02, 0.02, 0.02]}");
+static const char extending[] = LONG("cosserat", "shear: [60, 60], axial: 100, ",
+                                     "damping: {strain: [1, 1, 1], curvature: [0.02, 0.02, 0.02]}");
+
+/* What comes out of a port, which moves with it. */
+static const char inserted[] =
+    "parameters: {l: {range: [0.5, 0.9]}}\n"
+    "rod: {model: kirchhoff, length: 1, inserted: l, stiffness: {bending: [1, 1], torsion: 0.8},\n"
+    "      inertia: {mass_per_length: 1, rotary: [0.01, 0.01, 0.02]},\n"
+    "      damping: {curvature: [0.02, 0.02, 0.02]}}\n"
+    "boundary: {start: {type: driven, position: [0, \"l*sin(3*t)^2\", 0]}}\n"
+    "loads: {gravity: [0, 1, -2]}\n"
+    "bodies: [{at: 1, mass: 0.2}]\n"
+    "tendons: [{offset: [\"0.1*cos(3*s)\", \"0.1*sin(3*s)\"], tension: \"4*sin(3*t)^2\"}]\n"
+    "time: {duration: 0.4}\n";
+
+static void test_lengths(void **state)
+{
+    (void)state;
+    static const double at[2] = {0.65, 0.17};
+    const solve_settings settings = by_modes(2, 1e-10);
+    const double held = apart(locked, at, &settings, &settings, 1e-3, COLUMNS);
+    const double free = apart(extending, at, &settings, &settings, 1e-3, COLUMNS);
+    const double fed = apart(inserted, at, &settings, &settings, 1e-3, COLUMNS);
+    print_message("lengths: locked %.1e, free %.1e, inserted %.1e\n", held, free, fed);
+    assert_true(held < 1e-6);
+    assert_true(free < 1e-6);
+    assert_true(fed < 1e-6);
+}
+
 static void test_differences(void **state)
 {
     (void)state;
@@ -285,12 +337,6 @@ static void test_refusals(void **state)
                                                             "0)\", 0, 0]}\n"
                                                             "time: {duration: 1}\n",
             "the parameter b moves an instant");
-    refused("parameters: {b: {range: [0.5, 1]}}\n"
-            "rod: {model: kirchhoff, length: b, stiffness: {bending: [1, 1], torsion: 0.8},\n"
-            "      inertia: {mass_per_length: 1, rotary: [0.01, 0.01, 0.02]}}\n"
-            "boundary: {start: {type: clamped}}\n"
-            "time: {duration: 1}\n",
-            "length");
     refused(
         ROD("a: {range: [0.5, 2]}, b: {range: [0, 1]}") "boundary: {start: {type: clamped}}\n"
                                                         "loads: {force: [\"play(b, 0.1)\", 0, 0]}\n"
@@ -306,9 +352,8 @@ static void test_refusals(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_similarity),
-        cmocka_unit_test(test_differences),
-        cmocka_unit_test(test_elements),
+        cmocka_unit_test(test_similarity), cmocka_unit_test(test_differences),
+        cmocka_unit_test(test_lengths),    cmocka_unit_test(test_elements),
         cmocka_unit_test(test_refusals),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

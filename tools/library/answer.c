@@ -24,18 +24,6 @@ answer answer_of_solution(const solution *solved, const scene *of)
     return (answer){&kind, NULL, solved, of, solution_columns(of)};
 }
 
-static ad_status ask_change(const answer *a, size_t points, const double *s, const double *t,
-                            double *by, ad_error *error)
-{
-    return motion_change_evaluate(a->of, a->columns, points, s, t, by, error);
-}
-
-answer answer_of_motion(const solution *solved, motion_change *change, const scene *family)
-{
-    static const answer_kind kind = {.at_points = ask_solution, .change_at_points = ask_change};
-    return (answer){&kind, change, solved, family, solution_columns(family)};
-}
-
 static ad_status ask_family(const answer *a, size_t members, const double *parameters,
                             double *values, double *jacobian, cpinn_answer *said, ad_error *error)
 {

@@ -5,7 +5,6 @@
 #ifndef TOOLS_LIBRARY_ANSWER_H
 #define TOOLS_LIBRARY_ANSWER_H
 
-#include "physics/solve/motion_change.h"
 #include "physics/solve/solve.h"
 #include "tools/library/trained_family.h"
 
@@ -34,7 +33,6 @@ typedef struct answer_kind {
 /* Of a family the member that the field was told. */
 answer answer_of_network(field *trained, const double *weights, const scene *of);
 answer answer_of_solution(const solution *solved, const scene *of);
-answer answer_of_motion(const solution *solved, motion_change *change, const scene *family);
 answer answer_of_family(cpinn_family *family, const cpinn_polish *polish);
 
 #endif

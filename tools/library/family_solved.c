@@ -64,7 +64,7 @@ static ad_status put_curvature(const cpinn_family *family, const solution *found
     }
     for (size_t i = 0; i < family->numbers && status == AD_OK; i++) {
         const size_t node = i / width, k = i % width;
-        const double growth = one->rod.growth.is_given ? scene_growth_at(one, s[node], 0) : 1;
+        const double growth = scene_growth_at(one, NULL, s[node], 0);
         curvature[i] = k < 3 ? growth * values[(FIRST + k) * nodes + node]
                              : values[(TORSION + 2 * (k - 3)) * nodes + node] / unit;
     }

@@ -415,7 +415,7 @@ static ad_status find_speeds(plan_exact *of, size_t members, ad_error *error)
         }
         of->speed[row] = sqrt(vector_dot(v, v));
         if (of->of->rod.growth.is_given) {
-            of->speed[row] *= scene_growth_at(member, of->s[point], 0);
+            of->speed[row] *= scene_growth_at(member, NULL, of->s[point], 0);
         }
     }
     free(member);

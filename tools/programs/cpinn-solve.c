@@ -105,8 +105,7 @@ static ad_status gather_times(solving *solving, ad_error *error)
 static ad_status write_out(solving *solving, ad_error *error)
 {
     const answer solved = solving->derived.change
-                              ? answer_of_motion(solving->solved, solving->derived.change,
-                                                 &solving->derived.family->scene)
+                              ? motion_derivatives_answer(&solving->derived, solving->solved)
                               : answer_of_solution(solving->solved, solving->scene);
     const ad_status status = samples_ask(&solving->grid, &solved, error);
     return status == AD_OK ? samples_write(&solving->grid, solving->asked.out, error) : status;
@@ -227,9 +226,9 @@ static ad_status solve(solving *solving, ad_error *error)
     double start = clock_seconds(CLOCK_MONOTONIC);
     ad_status status = solution_create(solving->scene, &settings, solving->time_count,
                                        solving->times, &solving->solved, &solving->report, error);
-    status = status == AD_OK
-                 ? motion_derivatives_find(&solving->derived, &solving->grid, &settings, error)
-                 : status;
+    status = status == AD_OK ? motion_derivatives_find(&solving->derived, solving->scene,
+                                                       &solving->grid, &settings, error)
+                             : status;
     solving->seconds = clock_seconds(CLOCK_MONOTONIC) - start;
     return status;
 }
