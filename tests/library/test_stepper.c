@@ -62,6 +62,13 @@ static void test_steps(void **state)
             assert_memory_equal(one, next[1] + i * n, n * sizeof *one);
         }
     }
+    inputs[1][2] = 8.1; /* of 0 to 8 */
+    assert_int_equal(cpinn_stepper_advance(robots[0], MEMBERS, rest, inputs[0], NULL, next[0], NULL,
+                                           NULL, &error),
+                     AD_BAD_ARGUMENT);
+    assert_string_equal(error.message, "inputs of member 1: force3 is 8.1; allowed: 0 to 8");
+    cpinn_stepper_rest(robots[0], 2, inputs[0], rest);
+    assert_true(isfinite(rest[0]) && isnan(rest[n]));
     cpinn_stepper_free(robots[0]);
     cpinn_stepper_free(robots[1]);
 }

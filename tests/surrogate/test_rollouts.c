@@ -87,8 +87,9 @@ static void test_table(void **state)
     assert_true(row[0].alone > 0 && row[0].jacobian > row[0].alone);
     assert_true(row[0].together > 20 * row[0].alone);
     assert_false(rollouts_fail(&same, NAN));
-    assert_false(rollouts_fail(&same, 1e-2));
-    assert_true(rollouts_fail(&same, 1e-9));
+    const double own = row[0].error[ROLLOUTS_SHORT][1], few = row[3].error[ROLLOUTS_SHORT][1];
+    assert_false(rollouts_fail(&same, own + few));
+    assert_true(rollouts_fail(&same, own + 0.9 * few)); /* what modes leave out counts */
     assert_near(same.over_time[99][1], again.over_time[99][1], 0);
     assert_true(isfinite(same.path[99][0][0]) && isfinite(same.path[99][1][2]));
     rollouts_free(&same);

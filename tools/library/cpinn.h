@@ -482,7 +482,8 @@ double cpinn_stepper_length(const cpinn_stepper *stepper); /* m, of the robot */
 
 /* next [members][states] a step after states [members][states], under inputs [members][inputs] that
  * stay, or go linearly to `after` (NULL: they stay). by_state [members][states][states], by_inputs
- * [members][states][inputs]: derivatives, or NULL. Not numbers where there is no answer. */
+ * [members][states][inputs]: derivatives, or NULL. Not numbers where there is no answer.
+ * AD_BAD_ARGUMENT: an input outside its range. */
 ad_status cpinn_stepper_advance(cpinn_stepper *stepper, size_t members, const double *states,
                                 const double *inputs, const double *after, double *next,
                                 double *by_state, double *by_inputs, ad_error *error);
@@ -493,7 +494,7 @@ enum { CPINN_TIP_NUMBERS = 10 };
 void cpinn_stepper_tip(cpinn_stepper *stepper, size_t members, const double *states, double *tip);
 
 /* states [members][states] at rest under inputs [members][inputs], of the reduced rod; not numbers
- * where Newton's method finds none. */
+ * where Newton's method finds none, or an input is outside its range. */
 void cpinn_stepper_rest(cpinn_stepper *stepper, size_t members, const double *inputs,
                         double *states);
 

@@ -288,6 +288,23 @@ static void advance_piece(void *context, int item, int thread)
          behind(of->by_state, first * n * n), behind(of->by_inputs, first * n * m));
 }
 
+/* AD_BAD_ARGUMENT: the first of inputs [members][inputs] that is outside its range, which neither
+ * training nor the scene's checks have seen. */
+static ad_status check_inputs(const cpinn_stepper *stepper, size_t members, const double *inputs,
+                              ad_error *error)
+{
+    const size_t m = (size_t)stepper->inputs;
+    for (size_t i = 0; inputs && i < members * m; i++) {
+        const scene_parameter *p = &stepper->scene->parameters[i % m];
+        if (!scene_parameter_holds(p, inputs[i])) {
+            return ad_fail(error, AD_BAD_ARGUMENT,
+                           "inputs of member %zu: %.60s is %g; allowed: %g to %g", i / m, p->name,
+                           inputs[i], p->low, p->high);
+        }
+    }
+    return AD_OK;
+}
+
 ad_status cpinn_stepper_advance(cpinn_stepper *stepper, size_t members, const double *states,
                                 const double *inputs, const double *after, double *next,
                                 double *by_state, double *by_inputs, ad_error *error)
@@ -306,8 +323,12 @@ ad_status cpinn_stepper_advance(cpinn_stepper *stepper, size_t members, const do
                 .next = next,
                 .by_state = by_state,
                 .by_inputs = by_inputs};
-    run(&of, advance_piece);
-    return AD_OK;
+    ad_status status = check_inputs(stepper, members, inputs, error);
+    status = status == AD_OK ? check_inputs(stepper, members, after, error) : status;
+    if (status == AD_OK) {
+        run(&of, advance_piece);
+    }
+    return status;
 }
 
 static void see_piece(void *context, int item, int thread)
@@ -340,7 +361,8 @@ static void rest_piece(void *context, int item, int thread)
     const size_t first = piece(of, item, &members);
     for (size_t i = first; i < first + (size_t)members; i++) {
         double *state = of->next + i * n;
-        if (reduced_initial(rod, of->inputs + i * m, state, &unsettled) != AD_OK ||
+        if (check_inputs(of->x, 1, of->inputs + i * m, &unsettled) != AD_OK ||
+            reduced_initial(rod, of->inputs + i * m, state, &unsettled) != AD_OK ||
             reduced_settle(rod, 0, of->inputs + i * m, state, &unsettled) != AD_OK) {
             for (size_t k = 0; k < n; k++) {
                 state[k] = NAN;

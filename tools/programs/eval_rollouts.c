@@ -55,15 +55,30 @@ void eval_rollouts_diverged(const rollouts_report *report, const char *try, verd
     }
 }
 
-void eval_rollouts_verdict(const rollouts_report *report, surrogate_kind_id kind, double loss,
-                           double held_out, verdict *to)
+void eval_rollouts_verdict(const rollouts_report *report, const surrogate_settings *settings,
+                           double loss, double held_out, verdict *to)
 {
     const rollouts_row *row = &report->rows[ROLLOUTS_MODEL];
-    const char *try = advice(kind, loss, held_out);
+    const char *try = advice(settings->kind, loss, held_out);
     eval_rollouts_diverged(report, try, to);
     const double own = row->error[ROLLOUTS_SHORT][ROLLOUTS_MEDIAN];
     const double modes = report->rows[ROLLOUTS_FINER].error[ROLLOUTS_SHORT][ROLLOUTS_MEDIAN];
-    if (kind != SURROGATE_LINEAR && own > modes) {
+    if (!(modes <= settings->tolerance)) {
+        verdict_add(to, VERDICT_ESTIMATE_ABOVE_TOLERANCE,
+                    "%d, %d, %d, %d modes leave out %.2g %% of the length (median; "
+                    "surrogate.tolerance %.2g %%), which errors beside the solver of as many do "
+                    "not show; try more (surrogate.modes)",
+                    settings->modes[0], settings->modes[1], settings->modes[2], settings->modes[3],
+                    100 * modes, 100 * settings->tolerance);
+    }
+    if (report->lost > 0) {
+        verdict_add(to, VERDICT_ERROR_UNKNOWN,
+                    "%ld of %d rollouts end early, where the solver found no further step: errors "
+                    "there are not known; try a shorter surrogate.step, or smaller ranges of the "
+                    "parameters",
+                    report->lost, report->count);
+    }
+    if (settings->kind != SURROGATE_LINEAR && !(own <= modes)) {
         verdict_add(to, VERDICT_NOT_CONVERGED,
                     "rollouts of 5 s are off the solver by %.2g %% of the length (median), "
                     "more than the %.2g %% that modes leave out; %s",

@@ -24,10 +24,11 @@ enum { EVAL_ROLLOUTS_JUDGED = 16, EVAL_ROLLOUTS_SEED = 1000003 };
 ad_status eval_rollouts_judge(const surrogate *s, int count, uint64_t seed, ad_pool *pool,
                               rollouts_report *report, ad_error *error);
 
-/* Adds findings: it diverges, or is off by more than its modes are. loss and held_out of its
- * training (NaN: not known) tell what to try. */
-void eval_rollouts_verdict(const rollouts_report *report, surrogate_kind_id kind, double loss,
-                           double held_out, verdict *to);
+/* Adds findings: it diverges, is off by more than its modes are, or these by more than
+ * surrogate.tolerance, or the solver lost rollouts. loss and held_out of its training (NaN: not
+ * known) tell what to try. */
+void eval_rollouts_verdict(const rollouts_report *report, const surrogate_settings *settings,
+                           double loss, double held_out, verdict *to);
 
 /* The first of these alone; `try`: what to do about it, of a robot that is stable. */
 void eval_rollouts_diverged(const rollouts_report *report, const char *try, verdict *to);

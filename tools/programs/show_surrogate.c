@@ -113,7 +113,7 @@ static void put_head(const rolled *r)
     const rollouts_report *report = &r->report;
     json *to = &r->x->to;
     verdict judged = {.count = 0};
-    eval_rollouts_verdict(report, r->of->settings.kind, history_last(r->x->file, "loss"),
+    eval_rollouts_verdict(report, &r->of->settings, history_last(r->x->file, "loss"),
                           history_last(r->x->file, "held_out"), &judged);
     report_verdict(to, &judged);
     json_open(to, "facts", '[');

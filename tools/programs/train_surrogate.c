@@ -99,7 +99,7 @@ static ad_status judge(training *t, ad_error *error)
     if (status == AD_OK) {
         const fit *f = t->s.fit;
         t->judged = true;
-        eval_rollouts_verdict(&t->report, s->settings.kind, f->loss, f->held_out, &t->verdict);
+        eval_rollouts_verdict(&t->report, &s->settings, f->loss, f->held_out, &t->verdict);
     }
     surrogate_free(s);
     return status;
@@ -239,7 +239,11 @@ static void tell(const void *of, json *to)
         json_number(to, "one_step_worst", row->error[ROLLOUTS_ONE][ROLLOUTS_WORST]);
         json_number(to, "rollout_median", row->error[ROLLOUTS_SHORT][ROLLOUTS_MEDIAN]);
         json_number(to, "rollout_worst", row->error[ROLLOUTS_SHORT][ROLLOUTS_WORST]);
-        json_integer(to, "diverged", row->diverged);
+        row = &t->report.rows[ROLLOUTS_FINER];
+        json_number(to, "modes_median", row->error[ROLLOUTS_SHORT][ROLLOUTS_MEDIAN]);
+        json_number(to, "modes_worst", row->error[ROLLOUTS_SHORT][ROLLOUTS_WORST]);
+        json_integer(to, "diverged", t->report.rows[ROLLOUTS_MODEL].diverged);
+        json_integer(to, "lost", t->report.lost);
     }
 }
 

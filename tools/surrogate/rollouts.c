@@ -428,6 +428,8 @@ void rollouts_free(rollouts_report *report)
 bool rollouts_fail(const rollouts_report *report, double tolerance)
 {
     const rollouts_row *row = &report->rows[ROLLOUTS_MODEL];
+    const double *modes = report->rows[ROLLOUTS_FINER].error[ROLLOUTS_SHORT];
     return row->diverged > 0 ||
-           (!isnan(tolerance) && !(row->error[ROLLOUTS_SHORT][ROLLOUTS_WORST] <= tolerance));
+           (!isnan(tolerance) &&
+            !(row->error[ROLLOUTS_SHORT][ROLLOUTS_WORST] + modes[ROLLOUTS_WORST] <= tolerance));
 }

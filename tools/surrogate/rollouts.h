@@ -65,7 +65,8 @@ ad_status rollouts_judge(const rollouts_subject *subject, int count, uint64_t se
                          rollouts_report *report, ad_error *error);
 void rollouts_free(rollouts_report *report); /* of zeros is allowed */
 
-/* Whether the model diverges, or its worst error over 5 s is above a tolerance (NaN: none). */
+/* Whether the model diverges, or its worst error over 5 s and that of its modes are above a
+ * tolerance (NaN: none) together. */
 bool rollouts_fail(const rollouts_report *report, double tolerance);
 
 #endif

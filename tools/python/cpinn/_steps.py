@@ -83,7 +83,7 @@ class OneStep:
         Returns
         -------
         ndarray, shape (members, states)
-            NaN where none is found.
+            NaN where none is found, or an input is outside its range.
         """
         u = rows(inputs, list(self.ranges), "inputs")
         states = numpy.empty((len(u), self.states))
@@ -97,7 +97,7 @@ class OneStep:
         ----------
         states : array_like, shape (members, states)
         inputs : array_like, shape (members, inputs), or dict of str to array_like
-            In SI units, at the begin of the step.
+            In SI units, within their ranges, at the begin of the step.
         after : optional
             Inputs at the end of the step, to which they go linearly; None: they stay.
 
