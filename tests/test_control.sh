@@ -95,6 +95,9 @@ watched || below 'one-step model' 1 6
 refused '^override control.period=0.01: control.period: 0.01 s, and the trained model has steps of 0.02 s alone' \
     cpinn-control "$arm" --set control.period=0.01
 refused 'was trained for another scene' cpinn-control "$arm" --set rod.length=0.14
+refused 'was trained with another surrogate.parameters; train it again' \
+    cpinn-control "$arm" --set surrogate.parameters=null --set control.estimate=[]
+refused 'was trained with another surrogate.modes; train it again' cpinn-control "$arm" --set 'surrogate.modes=[3, 1, 2, 1]'
 rm -rf runs
 
 # ---- files, and the same bits ------------------------------------------------------------------
@@ -285,6 +288,12 @@ refused 'runs/soft_arm_control: cannot be opened.*; cpinn-train trains one' \
     cpinn-control "$arm" --set control.model=surrogate
 refused 'the scene has no one-step model; give it a section surrogate' \
     cpinn-control bare2.yaml --set control.model=surrogate
+bad 'control.plant.set: gives stiffness the range 0.1 to 0.2, and the loop has 0.6 to 1.4; allowed: a value' \
+    'control.plant.set=["parameters.stiffness={range: [0.1, 0.2]}"]'
+refused '^(cpinn-control: )?--run: is of a trained one-step model, and the loop has none' cpinn-control bare2.yaml --run runs
+refused '^(cpinn-control: )?--drift: is of a replay; allowed: with --replay' cpinn-control "$arm" --drift 0.1
+refused '^(cpinn-control: )?--out: is of a simulated loop; allowed: without --replay' \
+    cpinn-control "$arm" --replay --out never.csv
 refused 'identified' cpinn-control \
     "$arm" --set 'parameters.stiffness={range: [0.6, 1.4], identify: 1}'
 

@@ -371,6 +371,8 @@ run 0 cpinn-residual "$arm" --measured loop.csv --steps 2 --units 3 --out beyond
 said stdout.txt '^with network '
 run 0 cpinn-control "$arm" --set control.residual="$PWD/beyond.csv" --set control.duration=1.2
 said stdout.txt 'reduced rod and residual'
+refused 'is no residual of a model of [0-9]* states and [0-9]* inputs of these ranges' \
+    cpinn-control "$arm" --set control.residual="$PWD/beyond.csv" --set 'parameters.force1={range: [0, 9]}'
 cut -d, -f1,11-13 loop.csv >unseen.csv
 awk -F, -v OFS=, 'NR == 9 { $1 += 0.001 } 1' loop.csv >uneven.csv
 refused 'measured is missing' cpinn-residual "$arm"

@@ -172,6 +172,9 @@ run 2 cpinn-control arm.yaml "${filter[@]}" "${motors[@]}" --set parameters.gap=
     --set control.model=linear --set "$(data plays_tip.csv)" --replay
 said stderr.txt 'is linear, and inputs have plays or lags; allowed: reduced'
 
+run 2 cpinn-control arm.yaml "${filter[@]}" --set control.model=linear --set "$both" --replay
+said stderr.txt 'control.model: holds inputs while a step lasts, and those of a recording go linearly; allowed: reduced'
+
 # What a file does not say of the payload is found alike; of an input it is refused.
 cut -d, -f1-4,6- heavy_tip.csv >unsaid.csv
 run 0 cpinn-control arm.yaml "${filter[@]}" --set "$(data unsaid.csv)" --replay --ahead 0.5 --json replay.json

@@ -116,14 +116,14 @@ static void check_file(const residual *net, const one_step *model, const one_ste
     one_step other = *model;
     double next[2][STATES_MAX];
     assert_int_equal(residual_write(net, at("net.csv"), &error), AD_OK);
-    assert_int_equal(residual_read(at("net.csv"), model, &same, &error), AD_OK);
+    assert_int_equal(residual_read(at("net.csv"), model, NULL, &same, &error), AD_OK);
     const one_step again = residual_one_step(same);
     advance(corrected, start, inputs, next[0], NULL, NULL);
     advance(&again, start, inputs, next[1], NULL, NULL);
     assert_memory_equal(next[0], next[1], (size_t)model->states * sizeof **next);
     residual_free(same);
     other.states++;
-    assert_int_equal(residual_read(at("net.csv"), &other, &same, &error), AD_BAD_INPUT);
+    assert_int_equal(residual_read(at("net.csv"), &other, NULL, &same, &error), AD_BAD_INPUT);
     assert_null(same);
 }
 

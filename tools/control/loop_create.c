@@ -25,7 +25,8 @@ static ad_status create_models(control_loop *loop, ad_error *error)
         loop->by_step = *of->surrogate;
     }
     if (loop->control.residual && loop->control.model != CONTROL_LINEAR) {
-        status = residual_read(loop->control.residual, &loop->by_step, &loop->beyond, error);
+        status = residual_read(loop->control.residual, &loop->by_step, of->nominal->parameters,
+                               &loop->beyond, error);
         if (status != AD_OK) {
             return status;
         }

@@ -72,12 +72,22 @@ static ad_status add_shape(plant *plant, const scene *of, ad_error *error)
     return status;
 }
 
-static void map_inputs(plant *plant, const scene *of, const scene *nominal)
+static ad_status map_inputs(plant *plant, const scene *of, const scene *nominal, ad_error *error)
 {
     scene_middle_values(of, plant->inputs);
     for (int i = 0; i < of->parameter_count; i++) {
-        plant->from[i] = scene_parameter_find(nominal, of->parameters[i].name);
+        const scene_parameter *p = &of->parameters[i];
+        const int from = plant->from[i] = scene_parameter_find(nominal, p->name);
+        if (from >= 0 && (p->low != nominal->parameters[from].low ||
+                          p->high != nominal->parameters[from].high)) {
+            return ad_fail(error, AD_BAD_INPUT,
+                           "control.plant.set: gives %.60s the range %g to %g, and the loop has %g "
+                           "to %g; allowed: a value, or formulas in which it stands",
+                           p->name, p->low, p->high, nominal->parameters[from].low,
+                           nominal->parameters[from].high);
+        }
     }
+    return AD_OK;
 }
 
 ad_status plant_create(const scene *of, const scene *nominal, const control_settings *control,
@@ -94,8 +104,8 @@ ad_status plant_create(const scene *of, const scene *nominal, const control_sett
     x->around = around;
     x->of = of;
     x->length = scene_length(nominal);
-    map_inputs(x, of, nominal);
-    ad_status status = reduced_create(of, &settings, &x->rod, error);
+    ad_status status = map_inputs(x, of, nominal, error);
+    status = status == AD_OK ? reduced_create(of, &settings, &x->rod, error) : status;
     status = status == AD_OK
                  ? add_observation(x, of, OBSERVATION_POSITION, control->track_at, error)
                  : status;

@@ -4,6 +4,7 @@
 
 #include "tools/files/table_file.h"
 
+#include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
@@ -31,7 +32,20 @@ ad_status residual_write(const residual *residual, const char *path, ad_error *e
     return status;
 }
 
-ad_status residual_read(const char *path, const one_step *of, residual **result, ad_error *error)
+/* Whether inputs have the ranges that middles [count] and halves [count] behind them are of. */
+static bool is_of_ranges(size_t count, const double *middle, const scene_parameter *ranges)
+{
+    bool same = true;
+    for (size_t i = 0; i < count && ranges; i++) {
+        const double low = middle[i] - middle[count + i], high = middle[i] + middle[count + i];
+        const double slack = 1e-9 * (ranges[i].high - ranges[i].low);
+        same = same && fabs(low - ranges[i].low) <= slack && fabs(high - ranges[i].high) <= slack;
+    }
+    return same;
+}
+
+ad_status residual_read(const char *path, const one_step *of, const scene_parameter *ranges,
+                        residual **result, ad_error *error)
 {
     table_file *file = NULL;
     *result = NULL;
@@ -44,11 +58,13 @@ ad_status residual_read(const char *path, const one_step *of, residual **result,
     const double units = all && rows > HEAD ? all[2] : 0;
     const size_t sizes = n + 2 * m;
     const bool fits = units >= 1 && all[0] == (double)n && all[1] == (double)m &&
-                      (double)rows == HEAD + (double)sizes + units * (double)(1 + 2 * n + m);
+                      (double)rows == HEAD + (double)sizes + units * (double)(1 + 2 * n + m) &&
+                      is_of_ranges(m, all + HEAD + n, ranges);
     if (!fits) {
         status = ad_fail(error, AD_BAD_INPUT,
-                         "%s: is no residual of a model of %zu states and %zu inputs; allowed: one "
-                         "that cpinn-residual has learned for this scene and these modes",
+                         "%s: is no residual of a model of %zu states and %zu inputs of these "
+                         "ranges; allowed: one that cpinn-residual has learned for this scene and "
+                         "these modes",
                          path, n, m);
     } else {
         const double *size = all + HEAD;

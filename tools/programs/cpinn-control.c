@@ -84,6 +84,24 @@ static bool same_physics(const config *a, const config *b)
     return same;
 }
 
+/* The key of section surrogate by which a scene asks for another model than is trained, beside its
+ * step; NULL: none. */
+static const char *other_model(const config *of, const surrogate_settings *trained)
+{
+    const surrogate_settings *asked = &of->surrogate;
+    const bool open = asked->modes[0] + asked->modes[1] + asked->modes[2] + asked->modes[3] == 0;
+    bool same = true;
+    for (int i = 0; i < of->scene.parameter_count; i++) {
+        const char *name = of->scene.parameters[i].name;
+        same = same &&
+               surrogate_names_parameter(asked, name) == surrogate_names_parameter(trained, name);
+    }
+    return !same ? "surrogate.parameters"
+           : open || memcmp(asked->modes, trained->modes, sizeof asked->modes) == 0
+               ? NULL
+               : "surrogate.modes";
+}
+
 static ad_status load(const controlling *controlling, const char *path, surrogate **model,
                       one_step *step, ad_error *error)
 {
@@ -98,6 +116,17 @@ static ad_status load(const controlling *controlling, const char *path, surrogat
                        "%.200s: the one-step model in %.200s was trained for another scene; train "
                        "it again, or take control.model: reduced",
                        controlling->asked.config, path);
+    }
+    const char *other = other_model(controlling->nominal, &(*model)->settings);
+    if (!other && model == &controlling->trained &&
+        (*model)->settings.step != controlling->nominal->surrogate.step) {
+        other = "surrogate.step";
+    }
+    if (other) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "%.200s: the one-step model in %.200s was trained with another %s; train "
+                       "it again, or give what it was trained with",
+                       controlling->asked.config, path, other);
     }
     return surrogate_one_step(*model, step, error);
 }
@@ -170,6 +199,15 @@ static ad_status find_model(controlling *controlling, ad_error *error)
             error, AD_BAD_INPUT,
             "control.model: is surrogate, and the scene has no one-step model; give it a section "
             "surrogate, and train it with cpinn-train");
+    }
+    const char *unused = !controlling->trained && *controlling->asked.run            ? "--run"
+                         : controlling->asked.inner && c->model != CONTROL_SURROGATE ? "--inner"
+                                                                                     : NULL;
+    if (unused) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "%s: is of a trained one-step model, and the loop has none; allowed: a "
+                       "scene with surrogate, and control.model: surrogate",
+                       unused);
     }
     status = choose_modes(controlling, error);
     const int *m = controlling->model.modes;
@@ -272,6 +310,14 @@ static ad_status run_replays(controlling *controlling, ad_error *error)
 {
     const options *o = &controlling->asked;
     const loop_setup setup = setup_of(controlling, &controlling->nominal->control);
+    const control_model model = setup.control->model;
+    if (model == CONTROL_LINEAR ||
+        (model == CONTROL_SURROGATE && setup.model->hold != SURROGATE_RAMP)) {
+        return config_refuse(controlling->nominal, "control.model",
+                             "holds inputs while a step lasts, and those of a recording go "
+                             "linearly; allowed: reduced, or a model of surrogate.hold: linear",
+                             error);
+    }
     ad_status status =
         replays_run(controlling->nominal, &setup, &o->settings, &controlling->replays, error);
     if (status == AD_OK) {
@@ -297,10 +343,30 @@ static ad_status blame_key(const config *of, ad_error *error)
     return config_refuse(of, key, problem, error);
 }
 
+/* An option that would do nothing is refused. */
+static ad_status check_options(const options *o, ad_error *error)
+{
+    const char *of_loop = o->compare  ? "--compare"
+                          : o->out    ? "--out"
+                          : o->shapes ? "--shapes"
+                          : o->c      ? "--c"
+                                      : NULL;
+    const char *of_replay = o->settings.drift > 0       ? "--drift"
+                            : o->settings.fade > 0      ? "--fade"
+                            : !isnan(o->settings.ahead) ? "--ahead"
+                                                        : NULL;
+    const char *wrong = o->replay ? of_loop : of_replay;
+    return wrong ? ad_fail(error, AD_BAD_INPUT, "%s: is of a %s; allowed: %s --replay", wrong,
+                           o->replay ? "simulated loop" : "replay", o->replay ? "without" : "with")
+                 : AD_OK;
+}
+
 static ad_status run(controlling *controlling, ad_error *error)
 {
-    const options *o = &controlling->asked;
-    ad_status status = o->out ? table_check_path(o->out, error) : AD_OK;
+    options *o = &controlling->asked;
+    ad_status status = check_options(o, error);
+    o->settings.ahead = isnan(o->settings.ahead) ? 1 : o->settings.ahead;
+    status = status == AD_OK && o->out ? table_check_path(o->out, error) : status;
     status = status == AD_OK ? json_check_path(o->json, error) : status;
     status = status == AD_OK && o->shapes ? shapes_check_path(o->shapes, error) : status;
     if (status == AD_OK) {
@@ -381,7 +447,7 @@ static void tell(const void *of, json *to)
 
 int main(int argc, char **argv)
 {
-    static controlling x = {.asked = {.seed = -1, .settings.ahead = 1}};
+    static controlling x = {.asked = {.seed = -1, .settings.ahead = NAN}};
     options *o = &x.asked;
     const cli_option list[] = {
         {"--compare", NULL, CLI_FLAG, &o->compare, 0, 0},
