@@ -100,6 +100,15 @@ refused 'was trained with another surrogate.parameters; train it again' \
 refused 'was trained with another surrogate.modes; train it again' cpinn-control "$arm" --set 'surrogate.modes=[3, 1, 2, 1]'
 rm -rf runs
 
+# A model for inputs that go linearly on is none for a loop, whose inputs jump. One mode leaves out more than its tolerance.
+ramps=(--set surrogate.hold=linear --set surrogate.kind=linear --set surrogate.solved=500 --set surrogate.step=0.2
+    --set 'surrogate.modes=[1, 0, 0, 0]' --set rod.model=kirchhoff)
+run 3 cpinn-train "$arm" "${ramps[@]}" --out ramps --json ramps.json
+said stdout.txt '^warning \(estimate_above_tolerance\): 1, 0, 0, 0 modes leave out [0-9.]+ % of the length'
+said ramps.json '"modes_median": 0.0[1-9]'
+refused 'surrogate.hold: is linear, and the inputs of a loop jump' cpinn-control "$arm" "${ramps[@]}" --run ramps
+rm -rf ramps
+
 # ---- files, and the same bits ------------------------------------------------------------------
 
 quick='control.duration=0.4'
@@ -244,6 +253,8 @@ bad() { # PATTERN SETTING
 bad 'control.estimate\[0\]: mass is no parameter with a range; allowed' 'control.estimate=[mass]'
 bad 'control.limits.low: has 1 numbers, and there are 3 inputs' 'control.limits.low=[1]'
 bad 'force2; allowed: 0 to 8' 'control.limits.high=[5, 9, 5]'
+refused 'control.limits.high\[0\]: is outside the range of force2; allowed: 0 to 8' cpinn-control "$arm" \
+    --set 'surrogate.inputs=[force2, force1, force3]' --set 'control.limits.high=[9, 5, 5]'
 bad 'control.limits.rate\[0\]: is not positive' 'control.limits.rate=[-1]'
 bad 'control.track.at: is 0.2 m along a rod of 0.13 m' control.track.at=0.2
 bad 'control.task.path: is points, and there are none' control.task.path=points

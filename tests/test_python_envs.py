@@ -63,6 +63,7 @@ for robot, again in ((cpinn.one_step("arm"), cpinn.one_step("arm", threads=2)),
     raises(ValueError, "states have the shape (3,)", robot.advance, [1, 2, 3], inputs[:1])
     raises(ValueError, "150 states and 2 rows of inputs", robot.advance, rest, inputs[:2])
     raises(ValueError, "finite", robot.advance, rest[:1], [[numpy.nan, 0, 0, 1]])
+raises(ValueError, "force1 is 8.5; allowed: 0 to 8", robot.advance, rest[:1], [[8.5, 0, 0, 1]])
 held = cpinn.one_step("arm")
 raises(ValueError, "stay while a step lasts", held.advance, held.rest(inputs[:1]), inputs[:1],
        inputs[:1])

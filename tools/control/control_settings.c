@@ -113,12 +113,24 @@ static ad_status resolve_estimate(control_settings *settings, const surrogate_se
     return AD_OK;
 }
 
-/* The limits of inputs: one number for each, within its range. */
+/* Where a list of the scene has its number of an input: in the order of surrogate.inputs. */
+static int place_of(const surrogate_settings *model, const char *name, int otherwise)
+{
+    int i = 0;
+    while (i < model->input_count && strcmp(model->inputs[i], name) != 0) {
+        i++;
+    }
+    return i < model->input_count ? i : otherwise;
+}
+
+/* The limits of inputs: one number for each, within its range; they become those of parameters in
+ * the order of the scene. */
 static ad_status check_inputs(control_settings *settings, const surrogate_settings *model,
                               const scene *of, char key[TRAIN_KEY_MAX], ad_error *error)
 {
     const int counts[2] = {settings->low_count, settings->high_count};
     const char *const names[2] = {"limits.low", "limits.high"};
+    const control_settings as_given = *settings;
     char problem[300];
     int count = 0;
     for (int k = 0; k < of->parameter_count; k++) {
@@ -126,19 +138,23 @@ static ad_status check_inputs(control_settings *settings, const surrogate_settin
         if (control_role_of(settings, model, p->name) != CONTROL_INPUT) {
             continue;
         }
+        const int at = place_of(model, p->name, count);
         for (int end = 0; end < 2; end++) {
-            const double value = (end ? settings->high : settings->low)[count];
-            if (count < counts[end] && !scene_parameter_holds(p, value)) {
+            const double value = (end ? as_given.high : as_given.low)[at];
+            if (at < counts[end] && !scene_parameter_holds(p, value)) {
                 snprintf(problem, sizeof problem,
                          "is outside the range of %.60s; allowed: %g to %g", p->name, p->low,
                          p->high);
-                return blame(key, error, names[end], count, "", problem);
+                return blame(key, error, names[end], at, "", problem);
             }
         }
-        settings->low[count] = settings->low_count > 0 ? settings->low[count] : p->low;
-        settings->high[count] = settings->high_count > 0 ? settings->high[count] : p->high;
+        settings->low[count] = counts[0] > 0 ? as_given.low[at] : p->low;
+        settings->high[count] = counts[1] > 0 ? as_given.high[at] : p->high;
+        settings->rate[count] = settings->rate_count == 0
+                                    ? INFINITY
+                                    : as_given.rate[settings->rate_count == 1 ? 0 : at];
         if (!(settings->low[count] < settings->high[count])) {
-            return blame(key, error, "limits.high", settings->high_count > 0 ? count : -1, "",
+            return blame(key, error, "limits.high", counts[1] > 0 ? at : -1, "",
                          "is not above limits.low; allowed: a range for every input");
         }
         count++;
@@ -158,11 +174,8 @@ static ad_status check_inputs(control_settings *settings, const surrogate_settin
             return blame(key, error, end == 2 ? "limits.rate" : names[end], -1, "", problem);
         }
     }
-    for (int k = 0; k < count; k++) {
-        settings->rate[k] = settings->rate_count == 0
-                                ? INFINITY
-                                : settings->rate[settings->rate_count == 1 ? 0 : k];
-        if (!(settings->rate[k] > 0)) {
+    for (int k = 0; k < settings->rate_count; k++) {
+        if (!(as_given.rate[k] > 0)) {
             return blame(key, error, "limits.rate", k, "", "is not positive; allowed: numbers > 0");
         }
     }

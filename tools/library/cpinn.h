@@ -483,7 +483,8 @@ double cpinn_stepper_length(const cpinn_stepper *stepper); /* m, of the robot */
 /* next [members][states] a step after states [members][states], under inputs [members][inputs] that
  * stay, or go linearly to `after` (NULL: they stay). by_state [members][states][states], by_inputs
  * [members][states][inputs]: derivatives, or NULL. Not numbers where there is no answer.
- * AD_BAD_ARGUMENT: an input outside its range. */
+ * AD_BAD_ARGUMENT: an input outside its range, or a trained model for inputs that move otherwise.
+ */
 ad_status cpinn_stepper_advance(cpinn_stepper *stepper, size_t members, const double *states,
                                 const double *inputs, const double *after, double *next,
                                 double *by_state, double *by_inputs, ad_error *error);

@@ -315,6 +315,11 @@ ad_status cpinn_stepper_advance(cpinn_stepper *stepper, size_t members, const do
                        "the model was trained for inputs that stay while a step lasts; allowed: "
                        "one with surrogate.hold: linear");
     }
+    if (!after && stepper->trained && stepper->given->hold == SURROGATE_RAMP) {
+        return ad_fail(error, AD_BAD_ARGUMENT,
+                       "the model was trained for inputs that go linearly on from step to step; "
+                       "allowed: with those after the step");
+    }
     batch of = {.x = stepper,
                 .members = members,
                 .states = states,

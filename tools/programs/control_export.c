@@ -30,11 +30,13 @@ static ad_status verify(const surrogate *s, const char *whose, int count, char l
     snprintf(
         line, LINE,
         "%s beside the solver, %% of the length, median / worst of %d rollouts:\n *   one step "
-        "%.2g / %.2g, %.3g s %.2g / %.2g, %d steps %.2g / %.2g, diverged %d.",
+        "%.2g / %.2g, %.3g s %.2g / %.2g, %d steps %.2g / %.2g;\n *   its modes leave out %.2g / "
+        "%.2g; diverged %d.",
         whose, x.count, 100 * e[ROLLOUTS_ONE][0], 100 * e[ROLLOUTS_ONE][1],
         x.steps[ROLLOUTS_SHORT] * x.step, 100 * e[ROLLOUTS_SHORT][0], 100 * e[ROLLOUTS_SHORT][1],
         x.steps[ROLLOUTS_LONG], 100 * e[ROLLOUTS_LONG][0], 100 * e[ROLLOUTS_LONG][1],
-        x.rows[ROLLOUTS_MODEL].diverged);
+        100 * x.rows[ROLLOUTS_FINER].error[ROLLOUTS_SHORT][0],
+        100 * x.rows[ROLLOUTS_FINER].error[ROLLOUTS_SHORT][1], x.rows[ROLLOUTS_MODEL].diverged);
     if (status == AD_OK) {
         eval_rollouts_diverged(&x, "train it longer, or within smaller ranges", to);
     }
@@ -55,8 +57,9 @@ static void describe(const control_row *row, const char *model, char lines[LINES
     const control_settings *c = &row->control;
     snprintf(lines[0], LINE, "Model: %s.", model);
     snprintf(lines[1], LINE,
-             "Verified in closed loop with a simulated robot of finer modes, %.4g s: the place was "
-             "off the path",
+             "Verified in closed loop with a simulated robot of %d, %d, %d, %d modes, %.4g s: the "
+             "place was off the path",
+             c->plant_modes[0], c->plant_modes[1], c->plant_modes[2], c->plant_modes[3],
              (double)r->done * c->period);
     snprintf(lines[2], LINE, "by %.3g mm rms, at most %.3g mm after the approach%s.", 1e3 * r->rms,
              1e3 * r->worst, r->diverged ? "; THE ROBOT DIVERGED" : "");

@@ -200,6 +200,13 @@ static ad_status find_model(controlling *controlling, ad_error *error)
             "control.model: is surrogate, and the scene has no one-step model; give it a section "
             "surrogate, and train it with cpinn-train");
     }
+    if (c->model == CONTROL_SURROGATE && !controlling->asked.replay &&
+        controlling->model.hold == SURROGATE_RAMP) {
+        return config_refuse(controlling->nominal, "surrogate.hold",
+                             "is linear, and the inputs of a loop jump from sample to sample and "
+                             "stay; allowed: a model that is trained with constant",
+                             error);
+    }
     const char *unused = !controlling->trained && *controlling->asked.run            ? "--run"
                          : controlling->asked.inner && c->model != CONTROL_SURROGATE ? "--inner"
                                                                                      : NULL;

@@ -99,7 +99,8 @@ class OneStep:
         inputs : array_like, shape (members, inputs), or dict of str to array_like
             In SI units, within their ranges, at the begin of the step.
         after : optional
-            Inputs at the end of the step, to which they go linearly; None: they stay.
+            Inputs at the end of the step, to which they go linearly; None: they stay. A trained
+            model takes what it was trained for (`ramps`).
 
         Returns
         -------
