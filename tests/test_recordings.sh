@@ -60,6 +60,13 @@ check stiffness -- near "$(pick stiffness value)" 0.8 "$(four stiffness)"
 check damping -- near "$(pick material_relaxation_time value)" 0.03 "$(four material_relaxation_time)"
 check known well -- near "$(pick stiffness standard_deviation)" 0 2e-3
 
+# How long the rod is, from where its tip was for a while.
+awk -F, -v OFS=, 'NR == 1 || $1 == 0.3 && $2 <= 0.5 { print $2, $3, $4, $5, $6, $7, $8 }' light.csv.measured.csv >tip.csv
+run 0 cpinn-solve arm.yaml --set parameters.stiffness=0.8 --set 'parameters.long={identify: 0.26, range: [0.2, 0.4]}' \
+    --set rod.length=long --set 'bodies[0].at=long' --set "$(data tip.csv)" --json found.json
+check length -- near "$(pick long value)" 0.3 "$(four long)"
+check length known well -- near "$(pick long standard_deviation)" 0 2e-4
+
 # A load that is a formula of time goes on beside inputs that were recorded.
 if ! watched; then
     pushed="loads.tip.force=[0.1*sin(8*t), 0, 0]"

@@ -272,9 +272,8 @@ const char *scene_common_key(const scene *open, bool to_be_found, const scene_pa
         const scene_field *field = &scene_fields[i];
         const quantity *q = scene_field_of(open, field);
         const bool maps = !to_be_found && !scene_is_beam(open);
-        const bool lengthens = maps && !(scene_is_dynamic(open) && open->unknown_count > 0);
-        bool common = field->rule == SCENE_ONE_NUMBER || (field->rule == SCENE_PLACE && !maps) ||
-                      (field->rule == SCENE_LENGTH && !lengthens) ||
+        bool common = field->rule == SCENE_ONE_NUMBER ||
+                      ((field->rule == SCENE_PLACE || field->rule == SCENE_LENGTH) && !maps) ||
                       (field->rule == SCENE_EACH_NUMBER && scene_is_beam(open));
         for (int k = to_be_found ? known : 0;
              k < (to_be_found ? open->parameter_count : known) && common; k++) {
@@ -298,15 +297,17 @@ static ad_status check_common(const scene *family, const char **key, ad_error *e
     const struct {
         quantity extent;
         const char *key;
-    } extents[] = {{scene_whole_length(family), "rod.length"}, {family->duration, "time.duration"}};
+    } extents[] = {{family->duration, "time.duration"}, {scene_whole_length(family), "rod.length"}};
     const scene_parameter *which = NULL;
     const char *common = scene_common_key(family, false, &which);
-    const bool moves = scene_is_dynamic(family) || scene_is_beam(family);
-    if (family->unknown_count > 0 && family->rod.inserted.is_given && moves) {
+    const bool is_beam = scene_is_beam(family);
+    if (family->unknown_count > 0 && family->rod.inserted.is_given &&
+        (is_beam || quantity_depends_on(family->rod.inserted, "t") ||
+         family->rod.feed_time.is_given)) {
         *key = "rod.inserted";
         return ad_fail(error, AD_BAD_INPUT,
-                       "is given beside a parameter to be identified, whose measurements are along "
-                       "what is outside; allowed: that as rod.length");
+                       "moves beside a parameter to be identified, whose measurements are along "
+                       "what is outside; allowed: what stays");
     }
     if (common) {
         *key = common;
@@ -315,7 +316,7 @@ static ad_status check_common(const scene *family, const char **key, ad_error *e
                        "a family",
                        which->name);
     }
-    for (int i = 0; i < 2 && moves; i++) {
+    for (int i = 0; i < 1 + is_beam && (is_beam || scene_is_dynamic(family)); i++) {
         for (int k = scene_known_count(family); k < family->parameter_count; k++) {
             if (quantity_any_depends_on(1, &extents[i].extent, family->parameters[k].name)) {
                 *key = extents[i].key;

@@ -110,15 +110,14 @@ static bool is_ranged(const scene *given, quantity q)
     return depends;
 }
 
-/* Beside what is to be found only lengths are followed, and at rest: what is measured between
- * places stays where it is. */
+/* Beside what is to be found only lengths are followed: what is measured between places stays where
+ * it is. */
 static bool is_needed(const scene *given)
 {
     const bool finds = given->unknown_count > 0;
     bool needed = given->rod.inserted.is_given;
     for (int i = 0; i < scene_field_count && !needed; i++) {
         needed = (finds ? scene_fields[i].rule == SCENE_LENGTH : is_place(&scene_fields[i])) &&
-                 !(finds && scene_is_dynamic(given)) &&
                  is_ranged(given, *scene_field_of(given, &scene_fields[i]));
     }
     return needed;

@@ -75,7 +75,9 @@ ad_status solve_recording_create(const scene *open, const int modes[4], size_t p
     if (!x) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a recording");
     }
+    const uint64_t unknown = ~UINT64_C(0) << scene_known_count(open);
     const reduced_settings settings = {.modes = {modes[0], modes[1], modes[2], modes[3]},
+                                       .staying = unknown,
                                        .count = (int)places,
                                        .s = s,
                                        .newton = NEWTON,

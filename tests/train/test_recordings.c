@@ -1,7 +1,7 @@
 /* Motions under recorded inputs: derivatives of residuals against differences, also by where the
- * rod is held, by plays and lags of inputs and by a Maxwell branch; slow motions of these against
- * equilibria along the same path; what is a recording in a file, and what is not; the same bits for
- * any number of threads. */
+ * rod is held and how long it is, by plays and lags of inputs and by a Maxwell branch; slow motions
+ * of these against equilibria along the same path; what is a recording in a file, and what is not;
+ * the same bits for any number of threads. */
 #include "open_scene.h"
 
 #include "physics/scene/scene_memory.h"
@@ -49,7 +49,8 @@ static void put_tension(recorded_arm *x, const char *tension)
 
 /* The unknowns of tension "pull" are the first three, or all, the last two of a Maxwell branch
  * where the rod relaxes. */
-static void make_scene(recorded_arm *x, const char *tension, bool relaxes, double duration)
+static void make_scene(recorded_arm *x, const char *tension, const char *length, bool relaxes,
+                       double duration)
 {
     const int unknowns = strcmp(tension, "pull") == 0 && !relaxes ? 3 : UNKNOWNS_MAX;
     static const scene_parameter parameters[PARAMETERS] = {
@@ -82,15 +83,21 @@ static void make_scene(recorded_arm *x, const char *tension, bool relaxes, doubl
     to->tendons[0] = (scene_tendon){.offset = {quantity_number(4e-3), quantity_number(2e-3)}};
     to->tendon_count = 1;
     put_tension(x, tension);
+    const char *key = "";
+    ad_error error;
+    scene written = *to;
+    written.rod.length = quantity_formula(x->names, length);
+    assert_good(scene_map(&written, to, &key, &error), &error);
 }
 
 /* Middle and tip of every sample, measured somewhere: derivatives do not ask where. */
-static void make(recorded_arm *x, const char *tension, bool relaxes, double duration)
+static void make(recorded_arm *x, const char *tension, const char *length, bool relaxes,
+                 double duration)
 {
     const double *known[PARAMETERS + STATES] = {x->pull};
     ad_error error;
     memset(x, 0, sizeof *x);
-    make_scene(x, tension, relaxes, duration);
+    make_scene(x, tension, length, relaxes, duration);
     for (int i = 0; i < ROWS; i++) {
         x->s[i] = LENGTH / (1 + (i + 1) % 2);
         x->t[i] = i / 2 * duration / (SAMPLES - 1);
@@ -124,7 +131,7 @@ static void finish(recorded_arm *x)
 /* Exact derivatives of steps that Newton's method solves to 1e-10, against central differences with
  * the error of their third derivatives, some 1e-6; no sample is so near to where a play begins to
  * move that the differences meet both sides. */
-static void check_derivatives(const char *tension, bool relaxes)
+static void check_derivatives(const char *tension, const char *length, bool relaxes)
 {
     enum { NUMBERS = 6 * ROWS };
     static double residuals[NUMBERS], room[2 * UNKNOWNS_MAX * NUMBERS],
@@ -135,7 +142,7 @@ static void check_derivatives(const char *tension, bool relaxes)
     solve_trials *trials, *alone;
     size_t solved;
     ad_error error;
-    make(&x, tension, relaxes, 1);
+    make(&x, tension, length, relaxes, 1);
     const int unknowns = x.open.unknown_count;
     assert_good(solve_trials_create(&x.open, 1, &x.set, 1e-6, 2, &trials, &error), &error);
     assert_good(solve_trials_create(&x.open, 1, &x.set, 1e-6, 1, &alone, &error), &error);
@@ -177,9 +184,10 @@ static void check_derivatives(const char *tension, bool relaxes)
 static void test_derivatives(void **state)
 {
     (void)state;
-    check_derivatives("pull", false);
-    check_derivatives("lag(play(pull, gap), late)", false);
-    check_derivatives("pull", true);
+    check_derivatives("pull", "0.2", false);
+    check_derivatives("pull", "0.2+held", false);
+    check_derivatives("lag(play(pull, gap), late)", "0.2", false);
+    check_derivatives("pull", "0.2+held/2", true);
 }
 
 /* What is measured less what is computed of the places of an arm. */
@@ -203,9 +211,9 @@ static void test_slow(void **state)
     static recorded_arm x, still;
     double largest = 0;
     (void)state;
-    make(&x, "play(pull, gap) + 0*late", false, 100);
+    make(&x, "play(pull, gap) + 0*late", "0.2", false, 100);
     residuals_of(&x, &x.set, moving);
-    make(&still, "play(pull, gap) + 0*late", false, 0);
+    make(&still, "play(pull, gap) + 0*late", "0.2", false, 0);
     for (int i = 0; i < ROWS; i++) {
         still.t[i] = 0;
         still.known[i * still.open.parameter_count] = still.pull[i] = x.pull[i];
@@ -233,7 +241,7 @@ static void test_what_is_one(void **state)
     const solve_inputs *of[6];
     ad_error error;
     (void)state;
-    make(&x, "pull", false, 1);
+    make(&x, "pull", "0.2", false, 1);
     assert_good(recorded_inputs_find(x.inputs, &x.open, "arm.csv", ROWS, x.t, known, again, &error),
                 &error);
     assert_ptr_equal(again[0], x.of[0]);
