@@ -389,7 +389,7 @@ ad_status modes_by_inputs(modes *m, double t, const double *q, const double *v, 
 {
     const int n = m->size;
     double inputs[SCENE_PARAMETERS_MAX], *residual = m->room;
-    const bool moves = m->origin_moves ||
+    const bool moves = m->origin_moves || (m->feed.mode >= 0 && m->feed.input < 0) ||
                        (solve_rod_part_kind(m->rod, SOLVE_START).by_parameters && m->turn.mode < 0);
     ad_status status = AD_OK;
     modes_commands(m, inputs);

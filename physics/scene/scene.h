@@ -456,9 +456,9 @@ double scene_place_at(const scene *rod_scene, const double *values, double s, do
 double scene_growth_at(const scene *rod_scene, const double *values, double s, double t);
 double scene_at_place(const scene *rod_scene, double place, double t);
 
-/* At rest: the s of a place of the member with these values, m on the rod as it is written. NaN:
- * that depends on what is to be found, or it is not on the rod. */
-double scene_s_of_place(const scene *open, const double *values, double place);
+/* The s of a place at t of the member with these values, m on the rod as it is written. NaN: that
+ * depends on what is to be found, or it is not on the rod. */
+double scene_s_of_place(const scene *open, const double *values, double place, double t);
 
 /* The value of a parameter at a fraction of its range, 0 to 1, by its scale, and back. */
 double scene_parameter_at(const scene_parameter *parameter, double fraction);

@@ -69,7 +69,7 @@ double scene_at_place(const scene *rod_scene, double place, double t)
     return place < end ? to * (place - port) / (end - port) : place - end + to;
 }
 
-double scene_s_of_place(const scene *open, const double *values, double place)
+double scene_s_of_place(const scene *open, const double *values, double place, double t)
 {
     enum { HALVINGS = 60 };
     const double length = scene_length(open), same = 1e-9 * length;
@@ -79,15 +79,15 @@ double scene_s_of_place(const scene *open, const double *values, double place)
     }
     for (int i = 0; i < HALVINGS; i++) {
         const double middle = (low + high) / 2;
-        *(scene_place_at(open, values, middle, 0) < place ? &low : &high) = middle;
+        *(scene_place_at(open, values, middle, t) < place ? &low : &high) = middle;
     }
     const double s = low < same ? 0 : high > length - same ? length : high;
-    bool fixed = fabs(scene_place_at(open, values, s, 0) - place) <= same;
+    bool fixed = fabs(scene_place_at(open, values, s, t) - place) <= same;
     for (int k = scene_known_count(open); k < open->parameter_count; k++) {
         for (int side = 0; side < 2 && fixed; side++) {
             memcpy(other, values, (size_t)open->parameter_count * sizeof *other);
             other[k] = side ? open->parameters[k].high : open->parameters[k].low;
-            fixed = fabs(scene_place_at(open, other, s, 0) - place) <= same;
+            fixed = fabs(scene_place_at(open, other, s, t) - place) <= same;
         }
     }
     return fixed ? s : NAN;

@@ -101,7 +101,6 @@ static ad_status check(const scene *family, const solve_settings *settings, ad_e
     const ad_status status = support_check(&middle, SUPPORT_MODES, NULL, error);
     return status != AD_OK            ? status
            : family->memory_count > 0 ? refuse(error, "plays and lags of parameters")
-           : family->feed.to > 0      ? refuse(error, "a rod that is inserted")
            : settings->from_count > 0 ? refuse(error, "a motion from a given state")
                                       : AD_OK;
 }

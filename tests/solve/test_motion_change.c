@@ -55,8 +55,8 @@ static void solution_of(const family *x, const char *text, const double *paramet
     assert_good(solution_create(&member->scene, settings, POINTS, x->t, &solved, &report, &error),
                 &error);
     for (int i = 0; i < POINTS; i++) {
-        s[i] = scene_at_place(&member->scene,
-                              scene_place_at(&x->read->scene, parameters, x->s[i], x->t[i]), 0);
+        s[i] = scene_at_place(
+            &member->scene, scene_place_at(&x->read->scene, parameters, x->s[i], x->t[i]), x->t[i]);
     }
     assert_good(solution_evaluate(solved, COLUMNS, POINTS, s, x->t, values, &error), &error);
     solution_free(solved);
@@ -244,17 +244,18 @@ static const char locked[] = LONG("kirchhoff", "", "damping: {curvature: [0.02, 
 static const char extending[] = LONG("cosserat", "shear: [60, 60], axial: 100, ",
                                      "damping: {strain: [1, 1, 1], curvature: [0.02, 0.02, 0.02]}");
 
-/* What comes out of a port, which moves with it. */
-static const char inserted[] =
-    "parameters: {l: {range: [0.5, 0.9]}}\n"
-    "rod: {model: kirchhoff, length: 1, inserted: l, stiffness: {bending: [1, 1], torsion: 0.8},\n"
-    "      inertia: {mass_per_length: 1, rotary: [0.01, 0.01, 0.02]},\n"
-    "      damping: {curvature: [0.02, 0.02, 0.02]}}\n"
-    "boundary: {start: {type: driven, position: [0, \"l*sin(3*t)^2\", 0]}}\n"
-    "loads: {gravity: [0, 1, -2]}\n"
-    "bodies: [{at: 1, mass: 0.2}]\n"
-    "tendons: [{offset: [\"0.1*cos(3*s)\", \"0.1*sin(3*s)\"], tension: \"4*sin(3*t)^2\"}]\n"
-    "time: {duration: 0.4}\n";
+/* What comes out of a port, which moves; it stays, follows a formula, or a drive. */
+#define INSERTED(out)                                                                              \
+    "parameters: {l: {range: [0.5, 0.9]}}\n"                                                       \
+    "rod: {model: kirchhoff, length: 1, inserted: " out ",\n"                                      \
+    "      stiffness: {bending: [1, 1], torsion: 0.8},\n"                                          \
+    "      inertia: {mass_per_length: 1, rotary: [0.01, 0.01, 0.02]},\n"                           \
+    "      damping: {curvature: [0.02, 0.02, 0.02]}}\n"                                            \
+    "boundary: {start: {type: driven, position: [0, \"l*sin(3*t)^2\", 0]}}\n"                      \
+    "loads: {gravity: [0, 1, -2]}\n"                                                               \
+    "bodies: [{at: 1, mass: 0.2}]\n"                                                               \
+    "tendons: [{offset: [\"0.1*cos(3*s)\", \"0.1*sin(3*s)\"], tension: \"4*sin(3*t)^2\"}]\n"       \
+    "time: {duration: 0.4}\n"
 
 static void test_lengths(void **state)
 {
@@ -263,8 +264,14 @@ static void test_lengths(void **state)
     const solve_settings settings = by_modes(2, 1e-10);
     const double held = apart(locked, at, &settings, &settings, 1e-3, COLUMNS);
     const double free = apart(extending, at, &settings, &settings, 1e-3, COLUMNS);
-    const double fed = apart(inserted, at, &settings, &settings, 1e-3, COLUMNS);
-    print_message("lengths: locked %.1e, free %.1e, inserted %.1e\n", held, free, fed);
+    const double out = apart(INSERTED("l"), at, &settings, &settings, 1e-3, COLUMNS);
+    const double moves = apart(INSERTED("\"l*(1-t^2)\""), at, &settings, &settings, 1e-3, COLUMNS);
+    const double fed =
+        apart(INSERTED("l, feed_time: 0.1"), at, &settings, &settings, 1e-3, COLUMNS);
+    print_message("lengths: locked %.1e, free %.1e, inserted %.1e, moved %.1e, driven %.1e\n", held,
+                  free, out, moves, fed);
+    assert_true(out < 1e-6);
+    assert_true(moves < 1e-6);
     assert_true(held < 1e-6);
     assert_true(free < 1e-6);
     assert_true(fed < 1e-6);

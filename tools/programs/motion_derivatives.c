@@ -46,7 +46,7 @@ ad_status motion_derivatives_find(motion_derivatives *of, const scene *member, s
     memcpy(of->at, grid->s, grid->count * sizeof *of->at);
     for (size_t i = 0; i < grid->count; i++) {
         const double place = scene_place_at(member, NULL, grid->s[i], grid->t[i]);
-        grid->s[i] = scene_s_of_place(&of->family->scene, grid->parameters, place);
+        grid->s[i] = scene_s_of_place(&of->family->scene, grid->parameters, place, grid->t[i]);
     }
     return motion_change_create(&of->family->scene, grid->parameters, settings, grid->count,
                                 grid->t, &of->change, &of->report, error);

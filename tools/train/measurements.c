@@ -307,7 +307,7 @@ static ad_status find_place(const reading *r, size_t row, const double *known, d
     for (int k = 0; k < open->parameter_count; k++) {
         values[k] = k < scene_known_count(open) ? known[k] : open->guess[k];
     }
-    *s = scene_s_of_place(open, values, r->s[row]);
+    *s = scene_s_of_place(open, values, r->s[row], 0);
     return isfinite(*s)
                ? AD_OK
                : ad_fail(error, AD_BAD_INPUT,
