@@ -30,6 +30,8 @@ struct motion_change {
     double *change;  /* [moving + parameters][parameters] how it changes: of q, v and branches */
     double *trial;   /* [STATES][size], and room [2][size] behind it */
     modes_linear room;
+    size_t from_count;
+    const solve_seen *from; /* [from_count] as solve_settings have it */
     ad_memory memory;
     long steps;
 };
@@ -54,6 +56,7 @@ void motion_change_free(motion_change *x)
 typedef struct asked {
     const scene *family;
     const double *parameters;
+    const solve_settings *settings;
     size_t count, stop_count;
     double *times; /* [count] ascending, and of solve_events_before */
     double *looked;
@@ -101,8 +104,11 @@ static ad_status check(const scene *family, const solve_settings *settings, ad_e
     const ad_status status = support_check(&middle, SUPPORT_MODES, NULL, error);
     return status != AD_OK            ? status
            : family->memory_count > 0 ? refuse(error, "plays and lags of parameters")
-           : settings->from_count > 0 ? refuse(error, "a motion from a given state")
-                                      : AD_OK;
+           : settings->from_count > 0 && family->place.is_given
+               ? refuse(error, "lengths and places from a given state on")
+           : settings->from_count > 0 && scene_has_branch(family)
+               ? refuse(error, "a Maxwell branch from a given state on")
+               : AD_OK;
 }
 
 /* ---- one solution -------------------------------------------------------------------------- */
@@ -130,7 +136,15 @@ static ad_status begin(motion_change *x, int parameter, double by, double *state
     const size_t size = (size_t)x->m->size;
     double values[SCENE_PARAMETERS_MAX];
     beside(x, parameter, by, values);
-    const ad_status status = modes_begin_open(x->m, &x->family, values, NULL, &x->room, error);
+    ad_status status = x->from_count > 0
+                           ? modes_at(x->m, 0, values, error)
+                           : modes_begin_open(x->m, &x->family, values, NULL, &x->room, error);
+    if (status == AD_OK && x->from_count > 0) {
+        status = modes_initial(x->m, x->room.q, x->room.v, error);
+        status = status == AD_OK
+                     ? modes_fit_seen(x->m, x->from_count, x->from, x->room.q, x->room.v, error)
+                     : status;
+    }
     memcpy(state, x->room.q, size * sizeof *state);
     memcpy(state + size, x->room.v, size * sizeof *state);
     memset(state + 2 * size, 0, size * sizeof *state);
@@ -244,6 +258,8 @@ static ad_status solve(const asked *of, const modes_counts *counts, double toler
         range->high = fmax(range->high, of->parameters[k]);
     }
     x->count = of->count;
+    x->from = of->settings->from;
+    x->from_count = of->settings->from_count;
     AD_TAKE(x, values, p);
     AD_TAKE(x, times, of->count);
     AD_TAKE(x, looked, of->count);
@@ -396,7 +412,7 @@ ad_status motion_change_create(const scene *family, const double *parameters,
                                motion_change **result, motion_change_report *report,
                                ad_error *error)
 {
-    asked of = {.family = family, .parameters = parameters};
+    asked of = {.family = family, .parameters = parameters, .settings = settings};
     *result = NULL;
     *report = (motion_change_report){.estimate = NAN};
     ad_status status = check(family, settings, error);

@@ -289,10 +289,22 @@ static void test_differences(void **state)
     const double closed = apart(held, at, &usual, &usual, 1e-2, 7);
     const double relaxed =
         apart(relaxing, (double[]){0.6, 0.2}, &settings, &settings, 5e-3, COLUMNS);
+    enum { SEEN = 9 };
+    solve_seen seen[SEEN];
+    for (int i = 0; i < SEEN; i++) {
+        const double s = i / (SEEN - 1.0);
+        seen[i] =
+            (solve_seen){s, {0.1 * s * s, 0, s}, {1, 0, 0.1 * s, 0}, {0, 0.3 * s * s, 0}, {0}};
+    }
+    solve_settings from = settings;
+    from.from = seen;
+    from.from_count = SEEN;
+    const double given = apart(started, at, &from, &from, 1e-3, COLUMNS);
     const double begun = apart(moved, at, &usual, &usual, 1e-2, 7);
     print_message("differences: %.1e, %.1e, of a branch %.1e, of a held end %.1e, of a moved base "
-                  "%.1e\n",
-                  all, free, relaxed, closed, begun);
+                  "%.1e, from a state %.1e\n",
+                  all, free, relaxed, closed, begun, given);
+    assert_true(given < 1e-6);
     assert_true(all < 1e-6); /* solutions are off by 1e-10 over a step of 1e-3; and steps differ */
     assert_true(free < 1e-6);
     assert_true(relaxed < 1e-6);
