@@ -5,6 +5,7 @@
 #include "physics/chain/modes_step.h"
 #include "physics/numerics/sort.h"
 #include "physics/scene/breaks.h"
+#include "physics/scene/scene_memory.h"
 #include "physics/scene/support.h"
 #include "physics/solve/dynamic.h"
 #include "physics/solve/events.h"
@@ -18,6 +19,7 @@ enum { STATES = MODES_MOTION_STATES, WIDTH = sizeof(solve_state) / sizeof(double
 
 struct motion_change {
     scene family;
+    scene_values names; /* its, of states of memory */
     solve_rod *rod;
     modes *m;
     size_t count;    /* times */
@@ -57,6 +59,7 @@ typedef struct asked {
     const scene *family;
     const double *parameters;
     const solve_settings *settings;
+    scene_values names;
     size_t count, stop_count;
     double *times; /* [count] ascending, and of solve_events_before */
     double *looked;
@@ -102,8 +105,9 @@ static ad_status check(const scene *family, const solve_settings *settings, ad_e
     }
     scene_middle(family, &middle);
     const ad_status status = support_check(&middle, SUPPORT_MODES, NULL, error);
-    return status != AD_OK            ? status
-           : family->memory_count > 0 ? refuse(error, "plays and lags of parameters")
+    return status != AD_OK ? status
+           : family->memory_count > 0 && family->unknown_count > 0
+               ? refuse(error, "plays and lags of parameters beside what is to be found")
            : settings->from_count > 0 && family->place.is_given
                ? refuse(error, "lengths and places from a given state on")
            : settings->from_count > 0 && scene_has_branch(family)
@@ -113,13 +117,14 @@ static ad_status check(const scene *family, const solve_settings *settings, ad_e
 
 /* ---- one solution -------------------------------------------------------------------------- */
 
-/* The values, with one parameter more by so much; -1: none. */
+/* The values, with one parameter more by so much; -1: none. Parameters have been there for long. */
 static void beside(const motion_change *x, int parameter, double by, double *values)
 {
     memcpy(values, x->values, (size_t)x->m->inputs * sizeof *values);
     if (parameter >= 0) {
         values[parameter] += by;
     }
+    scene_memory_start(&x->family, &x->names, values, 0, NULL);
 }
 
 /* t in units of the rod. */
@@ -158,7 +163,13 @@ static ad_status begin_change(motion_change *x, ad_error *error)
     ad_status status = AD_OK;
     memset(x->change, 0, (rows + p) * p * sizeof *x->change);
     for (size_t k = 0; k < p && status == AD_OK; k++) {
-        x->change[(rows + k) * p + k] = 1;
+        double along[SCENE_PARAMETERS_MAX] = {0}, values[SCENE_PARAMETERS_MAX];
+        beside(x, -1, 0, values);
+        along[k] = 1;
+        scene_memory_start(&x->family, &x->names, values, 1, along);
+        for (size_t i = 0; i < p; i++) {
+            x->change[(rows + i) * p + k] = along[i];
+        }
         for (int side = -1; side <= 1 && status == AD_OK; side += 2) {
             status = begin(x, (int)k, side * x->m->input_step[k], x->trial, error);
             for (size_t i = 0; i < 2 * size && status == AD_OK; i++) {
@@ -252,6 +263,7 @@ static ad_status solve(const asked *of, const modes_counts *counts, double toler
         return ad_fail(error, AD_NO_MEMORY, "out of memory for derivatives of a motion");
     }
     x->family = *of->family;
+    x->names = of->names;
     for (size_t k = 0; k < p; k++) { /* sums over parameters hold within their ranges */
         scene_parameter *range = &x->family.parameters[k];
         range->low = fmin(range->low, of->parameters[k]);
@@ -412,11 +424,17 @@ ad_status motion_change_create(const scene *family, const double *parameters,
                                motion_change **result, motion_change_report *report,
                                ad_error *error)
 {
-    asked of = {.family = family, .parameters = parameters, .settings = settings};
+    double values[SCENE_PARAMETERS_MAX];
+    asked of = {.family = family, .parameters = values, .settings = settings};
+    if (family->memory_count > 0) {
+        of.names = scene_values_of(family);
+    }
     *result = NULL;
     *report = (motion_change_report){.estimate = NAN};
+    memcpy(values, parameters, (size_t)family->parameter_count * sizeof *values);
+    scene_memory_start(family, &of.names, values, 0, NULL);
     ad_status status = check(family, settings, error);
-    status = status == AD_OK ? check_breaks(family, parameters, error) : status;
+    status = status == AD_OK ? check_breaks(family, values, error) : status;
     status = status == AD_OK ? take_times(&of, count, times, error) : status;
     status = status == AD_OK ? find_stops(&of, error) : status;
     status = status == AD_OK ? refine(&of, settings, result, report, error) : status;

@@ -30,12 +30,13 @@ typedef struct motion_change_report {
 } motion_change_report;
 
 /* Of a family in motion that passes scene_check, at parameters [parameter_count] for which the
- * member does, too; times [count] s, within the duration and in any order. settings->modes: those
- * numbers, without an estimate; else more of them until derivatives are estimated to be within
- * MOTION_CHANGE_OF_TOLERANCE, as well as it goes. AD_BAD_ARGUMENT: what modes do not take
- * (physics/scene/support.h), memory, settings->from with lengths that have ranges or a Maxwell
- * branch, and an instant at which something jumps or has a kink that a parameter moves.
- * AD_NOT_FINITE, AD_NO_MEMORY, errors of formulas. */
+ * member does, too (states of memory follow from the others); times [count] s, within the duration
+ * and in any order. settings->modes: those numbers, without an estimate; else more of them until
+ * derivatives are estimated to be within MOTION_CHANGE_OF_TOLERANCE, as well as it goes.
+ * AD_BAD_ARGUMENT: what modes do not take (physics/scene/support.h), memory beside unknowns,
+ * settings->from with lengths that have ranges or a Maxwell branch, and an instant at which
+ * something jumps or has a kink that a parameter moves. AD_NOT_FINITE, AD_NO_MEMORY, errors of
+ * formulas. */
 ad_status motion_change_create(const scene *family, const double *parameters,
                                const solve_settings *settings, size_t count, const double *times,
                                motion_change **result, motion_change_report *report,

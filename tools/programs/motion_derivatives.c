@@ -17,9 +17,10 @@ ad_status motion_derivatives_open(const char *path, const cli_list *overrides, c
     const scene *family = &result->family->scene;
     grid->derives = true;
     grid->parameters = calloc((size_t)family->parameter_count + 1, sizeof(double));
-    return grid->parameters ? scene_member_read(family->parameter_count, family->parameters, false,
-                                                at, grid->parameters, error)
-                            : ad_fail(error, AD_NO_MEMORY, "out of memory for parameters");
+    const int states = family->memory_count, asked = family->parameter_count - states;
+    return grid->parameters
+               ? scene_member_read(asked, family->parameters, false, at, grid->parameters, error)
+               : ad_fail(error, AD_NO_MEMORY, "out of memory for parameters");
 }
 
 void motion_derivatives_free(motion_derivatives *of)

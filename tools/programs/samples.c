@@ -245,7 +245,11 @@ static void add_own(const samples *p, samples_table *to, int which)
 static void add_slopes(const samples *p, samples_table *to)
 {
     const int count = p->of->parameter_count;
+    const int given = scene_given_count(p->of), known = scene_known_count(p->of);
     for (int k = 0; k < p->columns * count; k++) {
+        if (scene_is_dynamic(p->of) && k % count >= given && k % count < known) {
+            continue; /* states of memory */
+        }
         snprintf(to->names[k], sizeof to->names[k], "%s_by_%s",
                  scene_physics_of(p->of)->columns[k / count].name,
                  p->of->parameters[k % count].name);
