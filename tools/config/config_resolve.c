@@ -316,11 +316,12 @@ static ad_status map_places(config *experiment, ad_error *error)
         return config_blame(experiment->source, error, key, "%s", reason.message);
     }
     if (experiment->is_mapped && experiment->settings.data_count > 0 &&
-        experiment->scene.unknown_count == 0) {
+        experiment->scene.unknown_count == 0 &&
+        (scene_is_family(&experiment->scene) || experiment->scene.feed.to > 0)) {
         return config_blame(experiment->source, error, "data",
                             "are measured along a rod whose lengths or places have ranges, or that "
-                            "is inserted in part; allowed: numbers and all of the rod, or "
-                            "cpinn-solve with a parameter to be identified");
+                            "moves through its port; allowed: numbers, or cpinn-solve with a "
+                            "parameter to be identified");
     }
     if (experiment->is_mapped && experiment->settings.reference_file) {
         return config_blame(experiment->source, error, "reference.file",
