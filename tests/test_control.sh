@@ -203,6 +203,9 @@ else
     said stdout.txt '^warning \(not_held\): the robot touches the surface'
     ! least 0 || failed 'it does not touch'
 fi
+# A simulated robot of few modes is not the rod, whatever the loop says of it.
+loop 3 --set 'control.plant.modes=[1, 1, 0, 0]' --set control.duration=0.4 --set control.task.approach=0.2
+said stdout.txt '^warning \(estimate_above_tolerance\): 1, 1, 0, 0 modes of the simulated robot leave out [1-9][0-9.]* mm rms'
 watched || loop 3 --set control.tolerance.rms=1e-6
 watched || said stdout.txt '^warning \(not_held\): the place is off the path by 0\.0'
 # A robot that is heavier, where a stiffness is sought: within the default tolerance, and not silent.

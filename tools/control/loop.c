@@ -339,6 +339,43 @@ static void conclude(running *r, double *room)
     }
 }
 
+/* The same inputs once more, for a robot of one mode more of each: the place that is called true is
+ * as far off that of the rod. */
+static ad_status judge_modes(running *r, ad_error *error)
+{
+    enum { PLACE = 4, INPUTS = 10 /* first columns */ };
+    control_loop *loop = r->x;
+    loop_report *report = r->report;
+    control_settings more = loop->control;
+    plant *finer = NULL;
+    double inputs[SCENE_PARAMETERS_MAX], place[3], sum = 0;
+    long k = 0;
+    for (int i = 0; i < 4; i++) {
+        more.plant_modes[i]++;
+    }
+    ad_status status =
+        plant_create(loop->of.plant, loop->of.nominal, &more, loop->of.around, &finer, error);
+    memcpy(inputs, loop->middle, sizeof inputs);
+    status = status == AD_OK ? plant_start(finer, inputs, 0, error) : status;
+    status = status == AD_OK ? plant_divide(finer, loop->control.duration, error) : status;
+    for (; k < report->done && status == AD_OK; k++) {
+        double off = 0;
+        status = plant_place(finer, place, error);
+        for (int i = 0; i < 3; i++) {
+            off += pow(place[i] - loop_column(loop, PLACE + i)[k], 2);
+        }
+        for (int i = 0; i < loop->input_count; i++) {
+            inputs[loop->inputs[i]] = loop_column(loop, INPUTS + i)[k];
+        }
+        sum += off;
+        report->modes_worst = fmax(report->modes_worst, sqrt(off));
+        status = status == AD_OK ? plant_step(finer, loop->period, inputs, error) : status;
+    }
+    report->modes = sqrt(sum / (double)k);
+    plant_free(finer);
+    return status == AD_NOT_FINITE ? AD_OK : status;
+}
+
 ad_status loop_run(control_loop *loop, loop_report *report, ad_error *error)
 {
     const size_t rows = (size_t)loop->control.horizon * LOOP_SEEN;
@@ -365,8 +402,10 @@ ad_status loop_run(control_loop *loop, loop_report *report, ad_error *error)
         report->diverged = true;
         status = AD_OK;
     }
+    report->modes = report->modes_worst = NAN;
     if (status == AD_OK) {
         conclude(r, room + rows);
+        status = report->diverged ? AD_OK : judge_modes(r, error);
     }
     free(r);
     free(room);

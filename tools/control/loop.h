@@ -46,6 +46,8 @@ typedef struct loop_report {
     double approach;            /* m, worst before */
     double reach, reach_worst;  /* m, rms and at most: what the path is off where the place can be
                                  * at rest */
+    double modes, modes_worst;  /* m, rms and at most: what the modes of the plant leave out of the
+                                 * place, by one more of each; NaN: not known */
     double filter[2], control[2], both[2]; /* s a period: median, worst */
     double saturated;                      /* part of the samples with an input at a limit */
     /* Of the ranges of the inputs, from one sample to the next: mean and worst change, and the mean

@@ -58,8 +58,10 @@ void control_judge(const control_settings *c, const loop_report *r, verdict *to)
                     1e3 * r->rms, 1e3 * r->worst, 1e3 * c->tolerance_rms, 1e3 * c->tolerance_worst,
                     reach);
     }
+    double kept = INFINITY; /* from the surface */
     for (int i = 0; i < c->limit_count; i++) {
         const double left = c->limits[i].low - r->violation[i];
+        kept = c->limits[i].what == CONTROL_CLEARANCE && left >= 0 ? left : kept;
         if (c->limits[i].what == CONTROL_CLEARANCE && left < 0) {
             verdict_add(to, VERDICT_NOT_HELD,
                         "the robot touches the surface, %.2g mm beyond it at most: it was not "
@@ -67,6 +69,14 @@ void control_judge(const control_settings *c, const loop_report *r, verdict *to)
                         "the inputs cannot keep it away",
                         -1e3 * left);
         }
+    }
+    if (r->modes > c->tolerance_rms || r->modes_worst > fmin(c->tolerance_worst, kept)) {
+        verdict_add(to, VERDICT_ESTIMATE_ABOVE_TOLERANCE,
+                    "%d, %d, %d, %d modes of the simulated robot leave out %.2g mm rms of where it "
+                    "is, and at most %.2g mm%s; try more (control.plant.modes)",
+                    c->plant_modes[0], c->plant_modes[1], c->plant_modes[2], c->plant_modes[3],
+                    1e3 * r->modes, 1e3 * r->modes_worst,
+                    r->modes_worst > kept ? ", which is more than it keeps from the surface" : "");
     }
     if (r->jitter > JITTER) {
         verdict_add(to, VERDICT_CHATTERS,

@@ -41,6 +41,10 @@ void control_print_head(const config *of, const control_row *row, const char *mo
             "reach", MILLI * row->report.reach, MILLI * row->report.reach_worst);
     }
     printf("  %-10s modes %d, %d, %d, %d", "plant", modes[0], modes[1], modes[2], modes[3]);
+    if (!isnan(row->report.modes)) {
+        printf(", which leave out %.2g mm rms, at most %.2g mm", MILLI * row->report.modes,
+               MILLI * row->report.modes_worst);
+    }
     for (int i = 0; i < c->change_count; i++) {
         printf("%s %s", i ? "," : ";", c->changes[i]);
     }
@@ -175,6 +179,8 @@ void control_json(int count, const control_row *rows, json *to)
             json_number(to, "approach", r->approach);
             json_number(to, "reach", r->reach);
             json_number(to, "reach_worst", r->reach_worst);
+            json_number(to, "modes", r->modes);
+            json_number(to, "modes_worst", r->modes_worst);
             json_number(to, "saturated", r->saturated);
             json_open(to, "change", '{');
             json_number(to, "mean", r->change[0]);
