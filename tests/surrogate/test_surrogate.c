@@ -10,6 +10,7 @@
 #include "tools/prepare/config_surrogate.h"
 #include "tools/surrogate/growth.h"
 #include "tools/surrogate/training.h"
+#include "tools/surrogate/training_parts.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -271,6 +272,33 @@ static void check_parts(const one_step *model, const double *state)
         model->advance(model->context, 1, 1.1 * step, state, u, NULL, next, NULL, NULL) != 0, 1);
 }
 
+/* Within a step the curve is the rod's motion, too: from rest under some inputs, by others. Modes
+ * are off by so many of their own sizes. */
+static double off_within(const surrogate *of, const one_step *model)
+{
+    const double u[INPUTS] = {4, 4, 4, 1}, other[INPUTS] = {6, 3, 4, 1}, h = 0.4 * model->step;
+    double from[STATES], next[STATES], exact[STATES], off = 0, size = 0;
+    ad_error error = {.message = ""};
+    reduced_rod *rod = NULL;
+    assert_int_equal(surrogate_rod(of, 0, NULL, &rod, &error), AD_OK);
+    assert_int_equal(reduced_initial(rod, u, from, &error), AD_OK);
+    assert_int_equal(reduced_settle(rod, 0, u, from, &error), AD_OK);
+    memcpy(exact, from, sizeof exact);
+    for (int i = 0; i < 8; i++) {
+        assert_int_equal(reduced_step(rod, 0, h / 8, exact, other, exact, NULL, NULL, &error),
+                         AD_OK);
+    }
+    assert_int_equal(model->advance(model->context, 1, h, from, other, NULL, next, NULL, NULL), 0);
+    const surrogate_numbers at = surrogate_numbers_of(&of->step, of->numbers);
+    for (int k = 0; k < STATES / 2; k++) {
+        off = fmax(off, fabs(next[k] - exact[k]) / at.state_scale[k]);
+        size = fmax(size, fabs(exact[k] - from[k]) / at.state_scale[k]);
+    }
+    print_message("within a step: off by %.1e, moved by %.1e\n", off, size);
+    reduced_free(rod);
+    return off;
+}
+
 /* Curves in time: a stage of Adam on batches and one on whole, resumed to the same bits by another
  * number of threads, and what is loaded steps any part of a step. */
 static void test_curves(void **state)
@@ -318,6 +346,7 @@ static void test_curves(void **state)
     assert_int_equal(surrogate_one_step(loaded[0], &model, &error), AD_OK);
     assert_true(model.shorter);
     check_parts(&model, loaded[0]->numbers);
+    assert_true(off_within(loaded[0], &model) < 0.01);
     surrogate_one_step_free(&model);
     surrogate_free(loaded[0]);
     surrogate_free(loaded[1]);

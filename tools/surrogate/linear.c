@@ -222,6 +222,7 @@ ad_status surrogate_fit_linear(ad_pool *pool, surrogate_step *m, double *numbers
     group groups[3];
     surrogate_numbers to = surrogate_numbers_of(m, numbers);
     ad_status status = ad_dense_load(error);
+    memset(to.linear, 0, (size_t)(to.state_scale - to.linear) * sizeof *numbers); /* groups add */
     for (int g = 0; g < groups_of(m, groups) && status == AD_OK; g++) {
         const group *now = &groups[g];
         const int features = (1 + 2 * m->slow_count) * now->count + now->constant;
