@@ -20,7 +20,7 @@ static const double RIDGE = 1e-9;
 
 /* Errors at nodes within a step, which take units from its end, count so much as if those of their
  * linear maps were as large as at the end. */
-static const double INNER = 0.3;
+static const double INNER = 0.1;
 
 /* Outputs with one set of features and one scaling of them. */
 typedef struct head {
