@@ -371,9 +371,13 @@ static ad_status judge_modes(running *r, ad_error *error)
         report->modes_worst = fmax(report->modes_worst, sqrt(off));
         status = status == AD_OK ? plant_step(finer, loop->period, inputs, error) : status;
     }
-    report->modes = sqrt(sum / (double)k);
     plant_free(finer);
-    return status == AD_NOT_FINITE ? AD_OK : status;
+    if (status == AD_NOT_FINITE) {
+        report->modes_worst = NAN;
+        return AD_OK;
+    }
+    report->modes = sqrt(sum / (double)k);
+    return status;
 }
 
 ad_status loop_run(control_loop *loop, loop_report *report, ad_error *error)

@@ -78,6 +78,11 @@ void control_judge(const control_settings *c, const loop_report *r, verdict *to)
                     1e3 * r->modes, 1e3 * r->modes_worst,
                     r->modes_worst > kept ? ", which is more than it keeps from the surface" : "");
     }
+    if (isnan(r->modes) && !r->diverged) {
+        verdict_add(to, VERDICT_ERROR_UNKNOWN,
+                    "what the modes of the simulated robot leave out is not known: one with one "
+                    "more of each does not follow the inputs; try more (control.plant.modes)");
+    }
     if (r->jitter > JITTER) {
         verdict_add(to, VERDICT_CHATTERS,
                     "inputs go to and fro by %.2g %% of their ranges a sample (they change by "
