@@ -301,6 +301,7 @@ static ad_status check_common(const scene *family, const char **key, ad_error *e
     const scene_parameter *which = NULL;
     const char *common = scene_common_key(family, false, &which);
     const bool is_beam = scene_is_beam(family);
+    const int fixed = is_beam ? 2 : scene_is_dynamic(family);
     if (family->unknown_count > 0 && family->rod.inserted.is_given &&
         (is_beam || quantity_depends_on(family->rod.inserted, "t") ||
          family->rod.feed_time.is_given)) {
@@ -316,7 +317,7 @@ static ad_status check_common(const scene *family, const char **key, ad_error *e
                        "a family",
                        which->name);
     }
-    for (int i = 0; i < 1 + is_beam && (is_beam || scene_is_dynamic(family)); i++) {
+    for (int i = 0; i < fixed; i++) {
         for (int k = scene_known_count(family); k < family->parameter_count; k++) {
             if (quantity_any_depends_on(1, &extents[i].extent, family->parameters[k].name)) {
                 *key = extents[i].key;

@@ -108,22 +108,22 @@ static void check_derivatives(const one_step *model, const double *start, const 
 }
 
 /* What is written steps to the same bits, and fits no other model. */
-static void check_file(const residual *net, const one_step *model, const one_step *corrected,
-                       const double *start, const double *inputs)
+static void check_file(const residual *net, const one_step *model, const scene_parameter *ranges,
+                       const one_step *corrected, const double *start, const double *inputs)
 {
     ad_error error = {.message = ""};
     residual *same = NULL;
     one_step other = *model;
     double next[2][STATES_MAX];
     assert_int_equal(residual_write(net, at("net.csv"), &error), AD_OK);
-    assert_int_equal(residual_read(at("net.csv"), model, NULL, &same, &error), AD_OK);
+    assert_int_equal(residual_read(at("net.csv"), model, ranges, &same, &error), AD_OK);
     const one_step again = residual_one_step(same);
     advance(corrected, start, inputs, next[0], NULL, NULL);
     advance(&again, start, inputs, next[1], NULL, NULL);
     assert_memory_equal(next[0], next[1], (size_t)model->states * sizeof **next);
     residual_free(same);
     other.states++;
-    assert_int_equal(residual_read(at("net.csv"), &other, NULL, &same, &error), AD_BAD_INPUT);
+    assert_int_equal(residual_read(at("net.csv"), &other, ranges, &same, &error), AD_BAD_INPUT);
     assert_null(same);
 }
 
@@ -198,7 +198,7 @@ static void test_residual(void **state)
                   after);
     assert_true(after < before / 3); /* 4 to 6 by what is drawn; 20 runs of 3 s are met better */
     check_derivatives(&corrected, all.start, all.inputs[0][9]);
-    check_file(net, &model, &corrected, all.start, all.inputs[0][9]);
+    check_file(net, &model, x.settings->scene.parameters, &corrected, all.start, all.inputs[0][9]);
     residual_free(net);
     observation_free(eye);
     discard(&x);

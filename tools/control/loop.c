@@ -343,7 +343,6 @@ static void conclude(running *r, double *room)
  * as far off that of the rod. */
 static ad_status judge_modes(running *r, ad_error *error)
 {
-    enum { PLACE = 4, INPUTS = 10 /* first columns */ };
     control_loop *loop = r->x;
     loop_report *report = r->report;
     control_settings more = loop->control;
@@ -362,10 +361,10 @@ static ad_status judge_modes(running *r, ad_error *error)
         double off = 0;
         status = plant_place(finer, place, error);
         for (int i = 0; i < 3; i++) {
-            off += pow(place[i] - loop_column(loop, PLACE + i)[k], 2);
+            off += pow(place[i] - loop_column(loop, LOOP_TRUE_PLACE + i)[k], 2);
         }
         for (int i = 0; i < loop->input_count; i++) {
-            inputs[loop->inputs[i]] = loop_column(loop, INPUTS + i)[k];
+            inputs[loop->inputs[i]] = loop_column(loop, LOOP_INPUTS + i)[k];
         }
         sum += off;
         report->modes_worst = fmax(report->modes_worst, sqrt(off));

@@ -37,6 +37,8 @@ ad_status loop_create_filter(const loop_setup *setup, control_loop **result, ad_
  */
 void loop_fill_noise(control_loop *loop);
 
+enum { LOOP_TRUE_PLACE = 4, LOOP_INPUTS = 10 }; /* first columns of the record */
+
 struct control_loop {
     loop_setup of;
     control_settings control;
@@ -75,7 +77,7 @@ struct control_loop {
         double weight[LOOP_SEEN], soft[LOOP_SEEN], low[LOOP_SEEN], high[LOOP_SEEN];
     } plan;
 
-    /* The record. */
+    /* The record: t, three places, inputs, then what differs from loop to loop. */
     long samples, done;
     int columns;
     char names[LOOP_COLUMNS][LOOP_NAME];

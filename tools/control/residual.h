@@ -59,7 +59,7 @@ ad_status residual_fit(residual *residual, double h, const one_observation *obse
                        const residual_settings *settings, ad_error *error);
 
 /* A table (tools/files/table_file.h); read for a model of as many states and inputs, which have
- * these ranges [inputs] (NULL: any). AD_BAD_INPUT, errors of the table. */
+ * these ranges [inputs]. AD_BAD_INPUT, errors of the table. */
 ad_status residual_write(const residual *residual, const char *path, ad_error *error);
 ad_status residual_read(const char *path, const one_step *of, const scene_parameter *ranges,
                         residual **result, ad_error *error);

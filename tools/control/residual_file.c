@@ -36,7 +36,7 @@ ad_status residual_write(const residual *residual, const char *path, ad_error *e
 static bool is_of_ranges(size_t count, const double *middle, const scene_parameter *ranges)
 {
     bool same = true;
-    for (size_t i = 0; i < count && ranges; i++) {
+    for (size_t i = 0; i < count; i++) {
         const double low = middle[i] - middle[count + i], high = middle[i] + middle[count + i];
         const double slack = 1e-9 * (ranges[i].high - ranges[i].low);
         same = same && fabs(low - ranges[i].low) <= slack && fabs(high - ranges[i].high) <= slack;
