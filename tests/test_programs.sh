@@ -377,8 +377,8 @@ cut -d, -f1,11-13 loop.csv >unseen.csv
 awk -F, -v OFS=, 'NR == 9 { $1 += 0.001 } 1' loop.csv >uneven.csv
 refused 'measured is missing' cpinn-residual "$arm"
 rest=$ROOT/configs/identify/residual.yaml
-run 0 cpinn-residual "$rest" --out rest.h5 --leave-out 20 --choices 1
-said stdout.txt '^40 poses fitted, 120 rows; 60 rows held out; 4 outputs of 2 inputs, 116 numbers'
+run 0 cpinn-residual "$rest" --set residual.hidden=[4] --folds 3 --out rest.h5 --leave-out 20 --choices 1
+said stdout.txt '^40 poses fitted, 120 rows; 60 rows held out; 4 outputs of 2 inputs, 32 numbers'
 said stdout.txt '^20 poses left out, 1 choices, both '
 run 0 cpinn-solve "$rest" --set residual.file="$PWD/rest.h5" --at pull=1.5,load=0.5 --grid 2 --out learned.csv \
     --json learned.json
@@ -405,8 +405,9 @@ refused 'residual.inputs\[1\]: depends on what it says' cpinn-residual "$rest" \
 refused 'residual.inputs: has a play whose threshold' cpinn-residual "$rest" \
     --set 'residual.inputs=["play(pull,load-1)"]'
 # a network that knows what was pulled before; then alone, at the first row of a path
-run 0 cpinn-residual "$rest" --set 'residual.inputs=[pull,load,"play(pull,0.2)"]' --folds 2 --out lag.h5
-said stdout.txt '^40 poses fitted, 120 rows; 60 rows held out; 4 outputs of 3 inputs, 132 numbers'
+run 0 cpinn-residual "$rest" --set residual.hidden=[3] --set 'residual.inputs=[pull,load,"play(pull,0.2)"]' --folds 2 \
+    --out lag.h5
+said stdout.txt '^40 poses fitted, 120 rows; 60 rows held out; 4 outputs of 3 inputs, 28 numbers'
 run 0 cpinn-solve "$rest" --set residual.file="$PWD/lag.h5" --at pull=1.5,load=0.5 --grid 2 --out lag.csv
 refused 'residual.file: .*: is not a cpinn checkpoint' cpinn-solve "$rest" \
     --set residual.file="$PWD/true.csv" --at pull=1,load=0

@@ -595,20 +595,18 @@ static void test_manufactured(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_ends),
-        cmocka_unit_test(test_wound),
-        cmocka_unit_test(test_misfit),
-        cmocka_unit_test(test_times),
-        cmocka_unit_test(test_steps_do_not_grow),
-        cmocka_unit_test(test_compiled_once),
-        cmocka_unit_test(test_gradients),
-        cmocka_unit_test(test_checkpoint),
-        cmocka_unit_test(test_field),
-        cmocka_unit_test(test_reference),
-        cmocka_unit_test(test_manufactured),
-    };
-    const struct CMUnitTest alike[] = {cmocka_unit_test(test_resume),
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_ends),
+                                       cmocka_unit_test(test_wound),
+                                       cmocka_unit_test(test_misfit),
+                                       cmocka_unit_test(test_times),
+                                       cmocka_unit_test(test_steps_do_not_grow),
+                                       cmocka_unit_test(test_compiled_once),
+                                       cmocka_unit_test(test_gradients),
+                                       cmocka_unit_test(test_checkpoint),
+                                       cmocka_unit_test(test_field),
+                                       cmocka_unit_test(test_reference)};
+    const struct CMUnitTest alike[] = {cmocka_unit_test(test_manufactured),
+                                       cmocka_unit_test(test_resume),
                                        cmocka_unit_test(test_joints)};
     return run_with_alike(tests, alike, make_folder, remove_folder);
 }

@@ -2,6 +2,7 @@
  * deployed, in closed form or by another equation; slow insertion against equilibria; energy with
  * the power of the port; what follows an input against the same by a formula, and its derivatives
  * against differences. */
+#include "fewer.h"
 #include "modes_testing.h"
 #include "near.h"
 
@@ -523,11 +524,12 @@ static void test_refusals(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_rigid),       cmocka_unit_test(test_deployed),
-        cmocka_unit_test(test_energy),      cmocka_unit_test(test_slow),
-        cmocka_unit_test(test_follows),     cmocka_unit_test(test_turns_rigidly),
-        cmocka_unit_test(test_derivatives), cmocka_unit_test(test_refusals),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_rigid), cmocka_unit_test(test_slow),
+                                       cmocka_unit_test(test_turns_rigidly),
+                                       cmocka_unit_test(test_derivatives),
+                                       cmocka_unit_test(test_refusals)};
+    const struct CMUnitTest alike[] = {cmocka_unit_test(test_deployed),
+                                       cmocka_unit_test(test_energy),
+                                       cmocka_unit_test(test_follows)};
+    return run_with_alike(tests, alike, NULL, NULL);
 }

@@ -282,10 +282,10 @@ static void margins_of_two_planes_cross(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
+    const struct CMUnitTest tests[] = {cmocka_unit_test(tubes_lose_a_share_by_their_curvature),
+                                       cmocka_unit_test(margins_of_two_planes_cross)};
+    const struct CMUnitTest alike[] = {
         cmocka_unit_test(columns_lose_a_share_by_their_load),
-        cmocka_unit_test(tubes_lose_a_share_by_their_curvature),
-        cmocka_unit_test(margins_of_two_planes_cross),
         cmocka_unit_test(bent_rods_have_the_margin_of_the_second_variation)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return run_with_alike(tests, alike, NULL, NULL);
 }

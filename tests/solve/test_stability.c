@@ -8,6 +8,8 @@
 
 #include <cmocka.h>
 
+#include "fewer.h"
+
 #include "physics/solve/stability.h"
 #include "tools/prepare/config_session.h"
 
@@ -121,10 +123,8 @@ static void test_not_asked(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_columns),
-        cmocka_unit_test(test_strut),
-        cmocka_unit_test(test_not_asked),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_columns)};
+    const struct CMUnitTest alike[] = {cmocka_unit_test(test_strut),
+                                       cmocka_unit_test(test_not_asked)};
+    return run_with_alike(tests, alike, NULL, NULL);
 }

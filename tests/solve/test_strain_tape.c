@@ -2,6 +2,7 @@
  * solver, derivatives against differences, and what is refused. */
 #include "config_testing.h"
 #include "evaluate.h"
+#include "fewer.h"
 #include "good.h"
 #include "random_numbers.h"
 
@@ -382,10 +383,9 @@ static void test_refusals(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_as_solver),   cmocka_unit_test(test_shape),
-        cmocka_unit_test(test_differences), cmocka_unit_test(test_state),
-        cmocka_unit_test(test_refusals),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_as_solver),
+                                       cmocka_unit_test(test_differences),
+                                       cmocka_unit_test(test_refusals)};
+    const struct CMUnitTest alike[] = {cmocka_unit_test(test_shape), cmocka_unit_test(test_state)};
+    return run_with_alike(tests, alike, NULL, NULL);
 }

@@ -1,6 +1,7 @@
 /* Products with J and J^T J: against each other, against differences, against J^T J itself; and the
  * steps made of them. */
 #include "allocations.h"
+#include "fewer.h"
 #include "training_testing.h"
 
 #include "evaluate.h"
@@ -382,8 +383,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_adjoint),       cmocka_unit_test(test_differences),
         cmocka_unit_test(test_small_product), cmocka_unit_test(test_refusals),
-        cmocka_unit_test(test_products),      cmocka_unit_test(test_same_step),
-        cmocka_unit_test(test_choice),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+        cmocka_unit_test(test_products),      cmocka_unit_test(test_choice)};
+    const struct CMUnitTest alike[] = {cmocka_unit_test(test_same_step)};
+    return run_with_alike(tests, alike, NULL, NULL);
 }

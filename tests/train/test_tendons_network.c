@@ -125,9 +125,10 @@ static void test_pose_strain(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_robots), cmocka_unit_test(test_sought),
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_sought),
                                        cmocka_unit_test(test_refused),
                                        cmocka_unit_test(test_pose_strain)};
-    const struct CMUnitTest alike[] = {cmocka_unit_test(test_displacement_form)};
+    const struct CMUnitTest alike[] = {cmocka_unit_test(test_robots),
+                                       cmocka_unit_test(test_displacement_form)};
     return run_with_alike(tests, alike, make_folder, remove_folder);
 }

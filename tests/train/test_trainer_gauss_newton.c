@@ -270,13 +270,11 @@ static void test_linear(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_static),   cmocka_unit_test(test_kernel),
-        cmocka_unit_test(test_falls),    cmocka_unit_test(test_too_many),
-        cmocka_unit_test(test_account),  cmocka_unit_test(test_linear),
-        cmocka_unit_test(test_given_up),
-    };
-    const struct CMUnitTest alike[] = {cmocka_unit_test(test_products),
-                                       cmocka_unit_test(test_moving),
-                                       cmocka_unit_test(test_adaptive)};
+        cmocka_unit_test(test_static), cmocka_unit_test(test_kernel),
+        cmocka_unit_test(test_falls),  cmocka_unit_test(test_too_many),
+        cmocka_unit_test(test_linear), cmocka_unit_test(test_given_up)};
+    const struct CMUnitTest alike[] = {
+        cmocka_unit_test(test_account), cmocka_unit_test(test_products),
+        cmocka_unit_test(test_moving), cmocka_unit_test(test_adaptive)};
     return run_with_alike(tests, alike, NULL, NULL);
 }
