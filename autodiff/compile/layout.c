@@ -321,15 +321,15 @@ static bool is_output(const pass_plan *plan, int id)
     return false;
 }
 
-/* The last position of the same level and phase. */
-static int end_of_run(const pass_plan *plan, int position)
+/* ends [ordered]: of each position the last of the same level and phase. */
+static void find_ends_of_runs(const pass_plan *plan, int *ends)
 {
-    int first = plan->order[position], until = position;
-    while (until + 1 < plan->ordered && plan->level[plan->order[until + 1]] == plan->level[first] &&
-           phase_of(plan, plan->order[until + 1]) == phase_of(plan, first)) {
-        until++;
+    for (int at = plan->ordered - 1; at >= 0; at--) {
+        const int id = plan->order[at], next = at + 1 < plan->ordered ? plan->order[at + 1] : -1;
+        const bool goes_on = next >= 0 && plan->level[next] == plan->level[id] &&
+                             phase_of(plan, next) == phase_of(plan, id);
+        ends[at] = goes_on ? ends[at + 1] : at;
     }
-    return until;
 }
 
 /* First position of the level's phase at which this one stands: merged products run together. */
@@ -372,7 +372,8 @@ static int make_buffers(const pass_plan *plan, buffer *buffers, int *buffer_of,
 }
 
 /* The positions at which a value is written, and its arguments read. */
-static void extend_lives(const pass_plan *plan, int id, buffer *buffers, const int *buffer_of)
+static void extend_lives(const pass_plan *plan, int id, const int *ends, buffer *buffers,
+                         const int *buffer_of)
 {
     int row, start = plan->position[id], until = start;
     if (phase_of(plan, id) == 0) {
@@ -388,7 +389,7 @@ static void extend_lives(const pass_plan *plan, int id, buffer *buffers, const i
         }
     }
     if (plan->nodes[id].op == OP_OUTER_SUM || phase_of(plan, id) == 0) {
-        until = end_of_run(plan, until);
+        until = ends[until];
     }
     for (int i = 0; i < plan->nodes[id].count; i++) {
         int argument = ad_plan_argument(plan, id, i);
@@ -400,21 +401,22 @@ static void extend_lives(const pass_plan *plan, int id, buffer *buffers, const i
 
 /* Every buffer lives from the first position that writes into it to the last that reads it; all
  * products with one matrix in one level happen at the position of the first of them. */
-static int collect_buffers(const pass_plan *plan, buffer *buffers, int *buffer_of,
+static int collect_buffers(const pass_plan *plan, int *ends, buffer *buffers, int *buffer_of,
                            int *buffer_of_panel)
 {
     int count = make_buffers(plan, buffers, buffer_of, buffer_of_panel);
+    find_ends_of_runs(plan, ends);
     for (int id = 0; id < plan->count; id++) {
         if (in_pass(plan, id)) {
-            extend_lives(plan, id, buffers, buffer_of);
+            extend_lives(plan, id, ends, buffers, buffer_of);
         }
     }
     for (int i = 0; i < count; i++) {
         buffers[i].lingers = buffers[i].dies < 0 || buffers[i].dies >= plan->ordered
                                  ? buffers[i].dies
-                                 : end_of_run(plan, buffers[i].dies);
-        buffers[i].local = buffers[i].local && buffers[i].born >= 0 &&
-                           buffers[i].dies <= end_of_run(plan, buffers[i].born);
+                                 : ends[buffers[i].dies];
+        buffers[i].local =
+            buffers[i].local && buffers[i].born >= 0 && buffers[i].dies <= ends[buffers[i].born];
     }
     return count;
 }
@@ -452,10 +454,11 @@ static bool assign_places(pass_plan *plan, pass *p)
     buffer **live = malloc(count * sizeof *live);
     int *buffer_of = malloc(count * sizeof *buffer_of);
     int *buffer_of_panel = malloc(count * sizeof *buffer_of_panel);
-    bool ok = buffers && live && buffer_of && buffer_of_panel;
+    int *ends = malloc(count * sizeof *ends);
+    bool ok = buffers && live && buffer_of && buffer_of_panel && ends;
     if (ok) {
         memset(buffer_of_panel, -1, count * sizeof *buffer_of_panel);
-        int made = collect_buffers(plan, buffers, buffer_of, buffer_of_panel);
+        int made = collect_buffers(plan, ends, buffers, buffer_of, buffer_of_panel);
         p->units = assign_offsets(buffers, made, live);
         write_places(plan, buffers, made, buffer_of);
     }
@@ -463,6 +466,7 @@ static bool assign_places(pass_plan *plan, pass *p)
     free(live);
     free(buffer_of);
     free(buffer_of_panel);
+    free(ends);
     return ok;
 }
 

@@ -83,7 +83,7 @@ static bool has_modes(const modes *m, int strain)
     return all;
 }
 
-/* Nor does a strain without modes follow what may move. */
+/* Nor does a strain without modes follow what may move, nor what is measured from the start. */
 static ad_status find_rest(modes *m, const scene *open, uint64_t staying, ad_error *error)
 {
     const scene_rest rest = scene_rest_of(open);
@@ -94,6 +94,14 @@ static ad_status find_rest(modes *m, const scene *open, uint64_t staying, ad_err
                    moves = depends && !(staying >> k & 1);
         m->rest_moves |= moves;
         m->origin_moves |= depends && !moves;
+        if (moves && scene_measures_from_rest(open)) {
+            return ad_fail(
+                error, AD_BAD_ARGUMENT,
+                "rod.rest follows the input %s, and springs or a foundation are measured "
+                "from the unstressed rod; allowed: springs that do not turn, with an "
+                "anchor",
+                open->parameters[k].name);
+        }
         if (moves && !has_modes(m, c)) {
             return ad_fail(error, AD_BAD_ARGUMENT,
                            "rod.rest depends on %s along what is locked or has no modes; allowed: "

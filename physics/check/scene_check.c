@@ -236,35 +236,6 @@ static ad_status check_member(const scene *rod_scene, const char **key, ad_error
 enum { CORNERS_OF = 4 }; /* parameters at most: of more the middles of all faces stand for them */
 enum { SPREAD = 64 };    /* members beside these */
 
-/* Where a start is the unstressed shape, or what holds the rod is measured from it, that is one
- * for all: the first of these parameters on which it depends. */
-static const scene_parameter *rest_depends(const scene *open, int from, int to)
-{
-    const scene_rest rest = scene_rest_of(open);
-    const quantity *const shapes[] = {rest.strain, rest.curvature, rest.imperfection};
-    bool counts = (scene_is_dynamic(open) && !open->initial.position[0].is_given) ||
-                  open->spring_count > 0 || quantity_any_something(3, open->loads.foundation);
-    /* Two ends that turn freely: it stands between their positions. */
-    const bool between =
-        scene_end_is_placed(open->start.type) && scene_end_is_placed(open->end.type) &&
-        !scene_end_holds_rotation(open->start.type) && !scene_end_holds_rotation(open->end.type);
-    for (int k = from; k < to && counts && between; k++) {
-        if (quantity_any_depends_on(3, open->start.position, open->parameters[k].name) ||
-            quantity_any_depends_on(3, open->end.position, open->parameters[k].name)) {
-            return &open->parameters[k];
-        }
-    }
-    const bool straight = open->place.is_given && scene_rests_straight(open);
-    for (int i = 0; i < 3 && counts && !straight; i++) {
-        for (int k = from; k < to; k++) {
-            if (quantity_any_depends_on(3, shapes[i], open->parameters[k].name)) {
-                return &open->parameters[k];
-            }
-        }
-    }
-    return NULL;
-}
-
 const char *scene_common_key(const scene *open, bool to_be_found, const scene_parameter **which)
 {
     const int known = scene_known_count(open);
@@ -283,12 +254,8 @@ const char *scene_common_key(const scene *open, bool to_be_found, const scene_pa
             }
         }
     }
-    *which = to_be_found ? rest_depends(open, known, open->parameter_count) : NULL;
-    if (to_be_found && open->place.is_given) {
-        *which = &open->parameters[known];
-        return "rod.length";
-    }
-    return *which ? "rod.rest" : NULL;
+    *which = to_be_found && open->place.is_given ? &open->parameters[known] : NULL;
+    return *which ? "rod.length" : NULL;
 }
 
 /* What all members have to have in common; what measurements are placed by is no unknown. */
@@ -329,19 +296,6 @@ static ad_status check_common(const scene *family, const char **key, ad_error *e
         }
     }
     return AD_OK;
-}
-
-static ad_status check_rest(const scene *family, const char **key, ad_error *error)
-{
-    const scene_parameter *which = rest_depends(family, 0, scene_known_count(family));
-    if (!which) {
-        return AD_OK;
-    }
-    *key = "rod.rest";
-    return ad_fail(error, AD_BAD_INPUT,
-                   "depends on %s, which has a range; allowed of a family that starts from the "
-                   "unstressed shape, or has springs or a foundation: one shape for all",
-                   which->name);
 }
 
 /* The member at these fractions of the ranges; an error says which it was. */
@@ -438,8 +392,5 @@ ad_status scene_check(const scene *rod_scene, const char **key, ad_error *error)
                        "in their place");
     }
     ad_status status = check_common(rod_scene, key, error);
-    if (status == AD_OK) {
-        status = check_rest(rod_scene, key, error);
-    }
     return status == AD_OK ? check_members(rod_scene, key, error) : status;
 }

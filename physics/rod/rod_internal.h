@@ -122,12 +122,16 @@ ad_value rod_growth(const rod_context *rod);
 ad_value rod_quantities(const rod_context *rod, int count, const quantity *given,
                         const double *fallback, double factor, ad_value s, ad_value t);
 
-/* rod_shape.c: the unloaded rod, held at one end where the scene holds it at t = 0; between two
- * pinned ends it is turned along the line through them. */
+/* rod_undeformed.c: the unloaded rod, held at one end where the scene holds it at t = 0; between
+ * two pinned ends it is turned along the line through them. Of a scene with open names it is that
+ * of the member; places at which rest strains jump have to be those of all, else the tape fails. */
 rod_pose rod_undeformed(const rod_context *rod, ad_value s);
 
-/* The end, 0 or 1, whose pose places it, and its rotation when that end gives none. */
+/* rod_shape.c, in numbers. The end, 0 or 1, whose pose places it, and its rotation when that end
+ * gives none: of two ends that are held and turn freely the smallest rotation that turns the line
+ * between the ends of the unloaded rod to the line between the two points; else none. */
 int rod_shape_anchor(const scene *scene);
+bool rod_shape_is_between(const scene *scene);
 void rod_shape_upright(const scene *scene, double q[4]);
 
 /* Whether its polynomials, where the rest strains vary with s, have converged. */

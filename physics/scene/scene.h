@@ -515,6 +515,9 @@ typedef struct scene_rest {
 
 scene_rest scene_rest_of(const scene *rod_scene);
 
+/* Whether springs or a foundation are measured from the unstressed rod. */
+bool scene_measures_from_rest(const scene *rod_scene);
+
 /* Whether the unstressed rod is straight and as long as it is written, by numbers. */
 bool scene_rests_straight(const scene *rod_scene);
 

@@ -186,6 +186,17 @@ scene_rest scene_rod_rest(const scene_rod *rod)
     return rest;
 }
 
+bool scene_measures_from_rest(const scene *rod_scene)
+{
+    bool measures = quantity_any_something(3, rod_scene->loads.foundation);
+    for (int i = 0; i < rod_scene->spring_count; i++) {
+        const scene_spring *spring = &rod_scene->springs[i];
+        measures = measures || quantity_any_something(3, spring->turning) ||
+                   !quantity_any_given(3, spring->anchor);
+    }
+    return measures;
+}
+
 bool scene_rests_straight(const scene *rod_scene)
 {
     bool straight = true;

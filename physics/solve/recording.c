@@ -169,12 +169,7 @@ static ad_status check_sign(const solve_recording *x, const solve_inputs *inputs
 /* Springs and foundations are measured from the unstressed rod, which would move with the start. */
 static ad_status check_start(const scene *open, uint64_t which, ad_error *error)
 {
-    bool counts = quantity_any_something(3, open->loads.foundation);
-    for (int i = 0; i < open->spring_count; i++) {
-        const scene_spring *spring = &open->springs[i];
-        counts = counts || quantity_any_something(3, spring->turning) ||
-                 !quantity_any_given(3, spring->anchor);
-    }
+    const bool counts = scene_measures_from_rest(open);
     for (int k = 0; k < open->parameter_count && counts; k++) {
         const char *name = open->parameters[k].name;
         if (which >> k & 1 && (quantity_any_depends_on(3, open->start.position, name) ||

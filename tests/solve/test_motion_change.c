@@ -243,6 +243,20 @@ static const char moved[] =
 static const char locked[] = LONG("kirchhoff", "", "damping: {curvature: [0.02, 0.02, 0.02]}");
 static const char extending[] = LONG("cosserat", "shear: [60, 60], axial: 100, ",
                                      "damping: {strain: [1, 1, 1], curvature: [0.02, 0.02, 0.02]}");
+/* Springs and the foundation, too, begin with a curved shape, by formulas along it and without. */
+static const char curved[] =
+    LONG("cosserat", "shear: [60, 60], axial: 100, ",
+         "damping: {strain: [1, 1, 1], curvature: [0.02, 0.02, 0.02]},\n"
+         "rest: {curvature: [\"9*p*s\", \"1+4*p\", \"l*sin(3*s)\"], strain: [0, 0.1, \"1-p\"]}");
+static const char bent[] =
+    "parameters: {a: {range: [0.5, 2]}, b: {range: [-1, 1]}}\n"
+    "rod: {model: kirchhoff, length: 1, stiffness: {bending: [1, 1], torsion: 0.8},\n"
+    "      inertia: {mass_per_length: 1, rotary: [0.01, 0.01, 0.02]},\n"
+    "      damping: {curvature: [0.02, 0.02, 0.02]}, rest: {curvature: [a, b, 0]}}\n"
+    "boundary: {start: {type: driven, position: [0, \"b*sin(3*t)^2\", 0]}}\n"
+    "springs: [{at: 1, stiffness: [1, 2, 3]}, {at: 0.4, turning: [1, 1, 1]}]\n"
+    "loads: {gravity: [0, 0, -2]}\n"
+    "time: {duration: 0.4}\n";
 
 /* What comes out of a port, which moves; it stays, follows a formula, or a drive. */
 #define INSERTED(out)                                                                              \
@@ -264,12 +278,18 @@ static void test_lengths(void **state)
     const solve_settings settings = by_modes(2, 1e-10);
     const double held = apart(locked, at, &settings, &settings, 1e-3, COLUMNS);
     const double free = apart(extending, at, &settings, &settings, 1e-3, COLUMNS);
+    const double shaped = apart(curved, at, &settings, &settings, 1e-3, COLUMNS);
+    const double uniform =
+        apart(bent, (const double[]){1.1, 0.3}, &settings, &settings, 1e-3, COLUMNS);
     const double out = apart(INSERTED("l"), at, &settings, &settings, 1e-3, COLUMNS);
     const double moves = apart(INSERTED("\"l*(1-t^2)\""), at, &settings, &settings, 1e-3, COLUMNS);
     const double fed =
         apart(INSERTED("l, feed_time: 0.1"), at, &settings, &settings, 1e-3, COLUMNS);
-    print_message("lengths: locked %.1e, free %.1e, inserted %.1e, moved %.1e, driven %.1e\n", held,
-                  free, out, moves, fed);
+    print_message("lengths: locked %.1e, free %.1e, inserted %.1e, moved %.1e, driven %.1e; curved "
+                  "at rest %.1e, uniformly %.1e\n",
+                  held, free, out, moves, fed, shaped, uniform);
+    assert_true(shaped < 1e-6);
+    assert_true(uniform < 1e-6);
     assert_true(out < 1e-6);
     assert_true(moves < 1e-6);
     assert_true(held < 1e-6);

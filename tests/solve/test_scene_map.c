@@ -382,9 +382,6 @@ static void test_refusals(void **state)
            "places change their order");
     refuse(ROD("inserted: a, ") "tendons: [{offset: [0.004, 0], end: 0.1, tension: 1}]\n",
            "places change their order");
-    refuse(ROD("rest: {curvature: [1, 0, 0]}, ") "time: {duration: 1}\n"
-                                                 "loads: {points: [{at: a, force: [1, 0, 0]}]}\n",
-           "one shape for all");
     refuse(ROD("inserted: 0.3, ") "loads: {tip: {force: [a, 0, 0]}}\nboundary: {end: {type: "
                                   "loaded}}\n",
            "rod.inserted");

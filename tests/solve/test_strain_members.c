@@ -157,22 +157,28 @@ static const char tubes_wound[] =
           "  - {stiffness: {bending: [0.08, 0.08], torsion: 0.06}, rest: {curvature: [3, 0, 0]},\n"
           "     inertia: {mass_per_length: 0.05}, turned: -pi*push, transmission: 0.1}\n");
 
-/* Without loads, where each point stands for itself: two pieces with a joint between them. */
-static const char unloaded[] =
-    "parameters: {pull: {range: [0, 2]}, push: {range: [0, 1]}, side: {range: [-1, 1]},\n"
-    "             weight: {range: [0, 10]}, stiff: {range: [0.7, 2]}, half: stiff/2}\n"
-    "rod: {model: cosserat, section: {shape: circle, radius: 0.002},\n"
-    "      material: {youngs_modulus: 1e9*stiff, poissons_ratio: 0.3, density: 2000},\n"
-    "      rest: {curvature: [side, 3, \"weight*sin(20*s)\"]}}\n"
-    "segments:\n"
-    "  - {length: 0.1}\n"
-    "  - {length: 0.15, turn: [0, 0.3, 0], section: {radius: \"0.002-0.004*(s-0.1)\"},\n"
-    "     material: {youngs_modulus: 2e9*half}}\n"
-    "boundary: {start: {type: clamped, rotation: [0.8, 0.6, 0, 0]}, end: {type: free}}\n"
-    "tendons:\n"
-    "  - {offset: [0.006, 0], end: 0.18, tension: pull}\n"
-    "  - {offset: [\"0.005*cos(10*s)\", \"0.005*sin(10*s)\"], tension: 3*pull^2}\n"
-    "chambers: [{offset: [0, 0.005], pressure: 5e4*push, area: 1e-5}]\n";
+/* Two pieces with a joint between them that are curved at rest: without loads, where each point
+ * stands for itself, and with springs and a foundation, which are at rest with that shape. */
+#define CURVED(more)                                                                               \
+    "parameters: {pull: {range: [0, 2]}, push: {range: [0, 1]}, side: {range: [-1, 1]},\n"         \
+    "             weight: {range: [0, 10]}, stiff: {range: [0.7, 2]}, half: stiff/2}\n"            \
+    "rod: {model: cosserat, section: {shape: circle, radius: 0.002},\n"                            \
+    "      material: {youngs_modulus: 1e9*stiff, poissons_ratio: 0.3, density: 2000},\n"           \
+    "      rest: {curvature: [side, 3, \"weight*sin(20*s)\"]}}\n"                                  \
+    "segments:\n"                                                                                  \
+    "  - {length: 0.1}\n"                                                                          \
+    "  - {length: 0.15, turn: [0, 0.3, 0], section: {radius: \"0.002-0.004*(s-0.1)\"},\n"          \
+    "     material: {youngs_modulus: 2e9*half}}\n"                                                 \
+    "boundary: {start: {type: clamped, rotation: [0.8, 0.6, 0, 0]}, end: {type: free}}\n"          \
+    "tendons:\n"                                                                                   \
+    "  - {offset: [0.006, 0], end: 0.18, tension: pull}\n"                                         \
+    "  - {offset: [\"0.005*cos(10*s)\", \"0.005*sin(10*s)\"], tension: 3*pull^2}\n"                \
+    "chambers: [{offset: [0, 0.005], pressure: 5e4*push, area: 1e-5}]\n" more
+
+static const char unloaded[] = CURVED("");
+static const char curved[] = CURVED(
+    "loads: {gravity: [0, weight, -2*weight], foundation: [\"where(0.15-s, 3*stiff, 0)\", 2, 0]}\n"
+    "springs: [{at: 0.2, stiffness: [1+push, 2, 0.5]}, {at: 0.1, turning: [0.01, 0.02, 0.01]}]\n");
 
 /* Of tendons alone, too, by their lengths: strains are the same all along each piece. But not of
  * members whose push is near 0.56, which are not among those that are looked at. */
@@ -878,10 +884,11 @@ static void test_refusals(void **state)
     refuse(FAMILY "segments: [{length: 0.5}, {length: 0.5, turn: [p, 0, 0]}]\n",
            "allowed: one number for all members");
     /* what a foundation is at rest with */
-    refuse("parameters: {p: {range: [0, 1]}, half: p/2}\n"
-           "rod: {model: kirchhoff, length: 1, stiffness: {bending: [1, 1], torsion: 1},\n"
-           "      rest: {curvature: [half, 0, 0]}}\nloads: {foundation: [1, 1, 1]}\n",
-           "one shape for all");
+    refuse(
+        "parameters: {p: {range: [0, 1]}}\n"
+        "rod: {model: kirchhoff, length: 1, stiffness: {bending: [1, 1], torsion: 1},\n"
+        "      rest: {curvature: [\"where(s-p, 1, 0)\", 0, 0]}}\nloads: {foundation: [1, 1, 1]}\n",
+        "rod.rest: a parameter moves a place");
 }
 
 /* By the file, whose numbers are one member. */
@@ -972,6 +979,7 @@ int main(void)
         OF(uniform, trusted),
         OF(displaced, predicted),
         OF(displaced, trusted),
+        OF(curved, derivatives),
         OF(unloaded, predicted),
         OF(unloaded, trusted),
         OF(rubbed, against_collocation),
@@ -988,6 +996,7 @@ int main(void)
         OF(displaced, memory),
     };
     const struct CMUnitTest alike[] = {
+        OF(curved, against_collocation),
         OF(led, against_collocation),
         OF(led, derivatives),
         OF(moved_on_springs, against_collocation),
