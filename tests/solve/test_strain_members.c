@@ -979,7 +979,6 @@ int main(void)
         OF(uniform, trusted),
         OF(displaced, predicted),
         OF(displaced, trusted),
-        OF(curved, derivatives),
         OF(unloaded, predicted),
         OF(unloaded, trusted),
         OF(rubbed, against_collocation),
