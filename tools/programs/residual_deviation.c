@@ -20,7 +20,7 @@ typedef struct learned_member {
     size_t known, unknowns, outputs, theta; /* parameters, found numbers, of the network */
     double parameters[SCENE_PARAMETERS_MAX];
     double x[LEARNED_INPUTS_MAX], y[LEARNED_OUTPUTS_MAX];
-    double *by; /* [outputs][theta + inputs] */
+    double *by; /* [theta][outputs] */
 } learned_member;
 
 static void learned_member_free(learned_member *of)
@@ -52,8 +52,8 @@ static ad_status place(learned_member *to, const char *at, ad_error *error)
                                        to->parameters);
     }
     if (status == AD_OK) {
-        status =
-            learned_tape_run(to->tape, &file->net, 1, to->x, file->theta, to->y, to->by, error);
+        status = learned_tape_run(to->tape, &file->net, 1, to->x, file->theta, to->y, to->by, NULL,
+                                  error);
     }
     for (size_t k = 0; k < to->outputs; k++) {
         to->parameters[open->parameter_count - (int)(to->outputs - k)] = to->y[k];
@@ -65,7 +65,6 @@ static ad_status place(learned_member *to, const char *at, ad_error *error)
 static void chain(const learned_member *of, const double *by, double *g)
 {
     const scene *open = &of->scene.open->scene;
-    const size_t each = of->theta + (size_t)of->file->net.inputs;
     for (size_t i = 0; i < of->unknowns; i++) {
         const scene_parameter *p = &open->parameters[of->known + i];
         const double z = scene_parameter_fraction(p, of->parameters[of->known + i]);
@@ -74,7 +73,7 @@ static void chain(const learned_member *of, const double *by, double *g)
     for (size_t t = 0; t < of->theta; t++) {
         g[of->unknowns + t] = 0;
         for (size_t k = 0; k < of->outputs; k++) {
-            g[of->unknowns + t] += by[of->unknowns + k] * of->by[k * each + t];
+            g[of->unknowns + t] += by[of->unknowns + k] * of->by[t * of->outputs + k];
         }
     }
 }
@@ -177,7 +176,7 @@ ad_status residual_deviation_find(const config *settings, const char *path,
         of.unknowns = (size_t)of.file->unknowns.count;
         of.outputs = (size_t)of.file->net.outputs;
         of.theta = learned_net_count(&of.file->net);
-        of.by = malloc(of.outputs * (of.theta + (size_t)of.file->net.inputs) * sizeof *of.by);
+        of.by = malloc(of.outputs * of.theta * sizeof *of.by);
         status = of.by ? learned_tape_create(&of.file->net, &of.tape, error)
                        : ad_fail(error, AD_NO_MEMORY, "out of memory for deviations");
     }

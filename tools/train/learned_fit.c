@@ -35,8 +35,8 @@ struct learned_fit {
     bool *used;       /* [numbers] by the caller */
     bool *fitted;     /* [numbers] at the moment */
     size_t *fold;     /* [experiments] */
-    double *y, *dy;   /* [outputs][experiments], [outputs][theta + inputs][experiments] */
-    double *dx;       /* [common][inputs][experiments] */
+    double *y, *dy;   /* [outputs][experiments], [theta][outputs][experiments] */
+    double *dz, *dx;  /* [inputs][outputs][experiments]; [common][inputs][experiments] */
     double *values;   /* [experiments][width] */
     double *r, *by;   /* [numbers], [width][numbers] */
     double *g, *rows; /* [numbers][count] rows of J, and those that are fitted */
@@ -109,7 +109,7 @@ static ad_status spread(learned_fit *fit, const double *numbers, bool derive)
     }
     if (status == AD_OK && fit->net) {
         status = learned_tape_run(fit->tape, fit->net, points, fit->of.x, numbers + common, fit->y,
-                                  derive ? fit->dy : NULL, &fit->error);
+                                  derive ? fit->dy : NULL, derive ? fit->dz : NULL, &fit->error);
     }
     for (size_t e = 0; status == AD_OK && e < points; e++) {
         double *to = fit->values + e * fit->width;
@@ -148,12 +148,11 @@ static void advance(learned_fit *fit)
 static double change_of(const learned_fit *fit, size_t output, size_t number, size_t experiment)
 {
     const size_t points = fit->of.experiments, inputs = (size_t)fit->net->inputs;
-    const size_t theta = fit->count - (size_t)fit->of.common;
-    const double *by = fit->dy + (output * (theta + inputs) + theta) * points + experiment;
+    const double *by = fit->dz + output * points + experiment;
     const double *along = fit->dx + number * inputs * points + experiment;
     double sum = 0;
     for (size_t i = 0; i < inputs; i++) {
-        sum += by[i * points] * along[i * points];
+        sum += by[i * outputs_of(fit) * points] * along[i * points];
     }
     return sum;
 }
@@ -163,7 +162,6 @@ static void chain(learned_fit *fit)
 {
     const size_t n = fit->of.numbers, common = (size_t)fit->of.common;
     const size_t theta = fit->count - common, points = fit->of.experiments;
-    const size_t inputs = fit->net ? (size_t)fit->net->inputs : 0;
     memset(fit->g, 0, n * fit->count * sizeof *fit->g);
     for (size_t k = 0; k < n; k++) {
         double *row = fit->g + k * fit->count;
@@ -172,9 +170,9 @@ static void chain(learned_fit *fit)
         }
         for (size_t o = 0; o < outputs_of(fit); o++) {
             const double by = fit->by[(common + o) * n + k] / fit->unit;
-            const double *from = fit->dy + o * (theta + inputs) * points + fit->of.of[k];
+            const double *from = fit->dy + o * points + fit->of.of[k];
             for (size_t i = 0; i < theta && by != 0; i++) {
-                row[common + i] += by * from[i * points];
+                row[common + i] += by * from[i * outputs_of(fit) * points];
             }
             for (size_t i = 0; i < common && fit->of.look && by != 0; i++) {
                 row[i] += by * change_of(fit, o, i, fit->of.of[k]);
@@ -310,23 +308,16 @@ static ad_status search_begin(learned_fit *fit, int steps, ad_error *error)
 /* Factors H at the numbers, and the noise s over the unit that the fitted residuals show. */
 static ad_status posterior(learned_fit *fit, double *noise, ad_error *error)
 {
-    double value, left = 0, trace = 0, *x = calloc(fit->count, sizeof *x);
+    double value, left = 0, trace = 0;
     size_t n = 0;
     memset(fit->ls.jtj, 0, fit->count * fit->count * sizeof *fit->ls.jtj);
     memset(fit->ls.jtr, 0, fit->count * sizeof *fit->ls.jtr);
-    ad_status status = x ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for deviations");
-    if (status == AD_OK && sum(fit, fit->numbers, &value, &fit->ls) != OPTIM_OBJECTIVE_OK) {
-        status = ad_fail(error, AD_NOT_FINITE, "there is no solution where the search ends");
+    if (sum(fit, fit->numbers, &value, &fit->ls) != OPTIM_OBJECTIVE_OK) {
+        return ad_fail(error, AD_NOT_FINITE, "there is no solution where the search ends");
     }
-    if (status == AD_OK && ad_dense_cholesky(fit->ls.pool, fit->ls.jtj, NULL, fit->ls.factor)) {
-        status = ad_fail(error, AD_NOT_FINITE, "what is learned is not determined");
-    }
+    const ad_status status = least_squares_inverse(&fit->ls, fit->covariance, error);
     for (size_t i = 0; status == AD_OK && i < fit->count; i++) {
-        memset(x, 0, fit->count * sizeof *x);
-        x[i] = 1;
-        ad_dense_cholesky_solve(fit->ls.factor, x);
-        memcpy(fit->covariance + i * fit->count, x, fit->count * sizeof *x);
-        trace += 1 - ridge_of(fit, i) * x[i];
+        trace += 1 - ridge_of(fit, i) * fit->covariance[i * (fit->count + 1)];
     }
     for (size_t k = 0; status == AD_OK && k < fit->of.numbers; k++) {
         n += fit->fitted[k];
@@ -334,7 +325,6 @@ static ad_status posterior(learned_fit *fit, double *noise, ad_error *error)
     }
     fit->report.effective = trace;
     *noise = sqrt(left / fmax(1, (double)n - trace));
-    free(x);
     return status;
 }
 
@@ -477,7 +467,8 @@ static ad_status allocate(learned_fit *fit, const bool *used, ad_error *error)
     const size_t theta = fit->count - (size_t)fit->of.common;
     const size_t inputs = fit->net ? (size_t)fit->net->inputs : 0;
     AD_TAKE(fit, y, outputs * points);
-    AD_TAKE(fit, dy, outputs * (theta + inputs) * points);
+    AD_TAKE(fit, dy, outputs * theta * points);
+    AD_TAKE(fit, dz, outputs * inputs * points);
     AD_TAKE(fit, dx, inputs * (size_t)fit->of.common * points);
     AD_TAKE(fit, values, points * fit->width);
     AD_TAKE(fit, r, n);

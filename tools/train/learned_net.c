@@ -83,22 +83,22 @@ void learned_net_formula(const learned_net *net, const double *theta, const quan
 /* ---- on the tape --------------------------------------------------------------------------- */
 
 struct learned_tape {
-    int inputs, outputs;
-    size_t count, parts; /* of theta and x; weights and biases of layers, and x */
     ad_pool *pool;
-    ad_program *program, *derive; /* the outputs, and with their adjoints by all parts */
-    double *z, **out;             /* [inputs + 1][points], [1 + outputs parts] */
-    size_t points;
+    ad_program *program; /* of all outputs */
+    /* Of one output, that of which the seed is not 0: by numbers, and by inputs. */
+    ad_program *by_theta, *by_x;
+    double *z; /* [room] inputs, and seeds behind them */
+    size_t room;
 };
 
 void learned_tape_free(learned_tape *tape)
 {
     if (tape) {
         ad_program_free(tape->program);
-        ad_program_free(tape->derive);
+        ad_program_free(tape->by_theta);
+        ad_program_free(tape->by_x);
         ad_pool_free(tape->pool);
         free(tape->z);
-        free(tape->out);
         free(tape);
     }
 }
@@ -117,27 +117,20 @@ static ad_value record_layer(const learned_net *net, int layer, ad_value x, size
 static ad_status record(learned_tape *to, const learned_net *net, ad_tape *tape, ad_error *error)
 {
     enum { PARTS = 2 * (LEARNED_LAYERS_MAX + 1) + 1 };
-    ad_value wrt[PARTS], all[1 + LEARNED_OUTPUTS_MAX * PARTS];
-    ad_value x = wrt[to->parts - 1] = ad_input(tape, "x", net->inputs);
-    const ad_value one = ad_input(tape, "one", 1); /* what is the same at all points varies by it */
+    const int parts = 2 * (net->hidden_count + 1);
+    const ad_settings settings = ad_settings_default();
+    ad_value wrt[PARTS], by[PARTS], y = wrt[parts] = ad_input(tape, "x", net->inputs);
+    const ad_value seed = ad_input(tape, "seed", net->outputs);
     size_t offset = 0;
     for (int i = 0; i <= net->hidden_count; i++) {
-        x = record_layer(net, i, x, &offset, wrt + 2 * i);
+        y = record_layer(net, i, y, &offset, wrt + 2 * i);
     }
-    all[0] = ad_mul(x, one);
-    for (int k = 0; k < net->outputs; k++) {
-        ad_value *by = all + 1 + (size_t)k * to->parts;
-        ad_reverse(ad_row(x, k), (int)to->parts, wrt, AD_PER_POINT, by);
-        for (size_t i = 0; i < to->parts; i++) {
-            by[i] = ad_mul(by[i], one);
-        }
-    }
-    const ad_settings settings = ad_settings_default();
-    const int count = 1 + net->outputs * (int)to->parts;
+    ad_reverse(ad_dot(seed, y), parts + 1, wrt, AD_PER_POINT, by);
     ad_status status = ad_tape_status(tape, error);
+    status = status == AD_OK ? ad_compile(1, &y, &settings, to->pool, &to->program, error) : status;
     status =
-        status == AD_OK ? ad_compile(1, all, &settings, to->pool, &to->program, error) : status;
-    return status == AD_OK ? ad_compile(count, all, &settings, to->pool, &to->derive, error)
+        status == AD_OK ? ad_compile(parts, by, &settings, to->pool, &to->by_theta, error) : status;
+    return status == AD_OK ? ad_compile(1, by + parts, &settings, to->pool, &to->by_x, error)
                            : status;
 }
 
@@ -147,14 +140,9 @@ ad_status learned_tape_create(const learned_net *net, learned_tape **result, ad_
     ad_tape *tape = ad_tape_create();
     *result = NULL;
     if (to) {
-        *to = (learned_tape){.inputs = net->inputs,
-                             .outputs = net->outputs,
-                             .count = learned_net_count(net) + (size_t)net->inputs,
-                             .parts = 2 * (size_t)(net->hidden_count + 1) + 1,
-                             .pool = ad_pool_create(1)};
-        to->out = calloc(1 + (size_t)net->outputs * to->parts, sizeof *to->out);
+        to->pool = ad_pool_create(1);
     }
-    ad_status status = to && to->pool && to->out && tape
+    ad_status status = to && to->pool && tape
                            ? record(to, net, tape, error)
                            : ad_fail(error, AD_NO_MEMORY, "out of memory for a network");
     ad_tape_free(tape);
@@ -166,58 +154,73 @@ ad_status learned_tape_create(const learned_net *net, learned_tape **result, ad_
     return status;
 }
 
-static ad_status scale_inputs(learned_tape *tape, const learned_net *net, size_t points,
-                              const double *x, ad_error *error)
+/* Points, `copies` times: for the derivatives of as many outputs, each of its own copy. */
+static ad_status fill(learned_tape *tape, const learned_net *net, size_t points, size_t copies,
+                      const double *x, ad_error *error)
 {
-    if (tape->points < points) {
+    const size_t inputs = (size_t)net->inputs, outputs = (size_t)net->outputs;
+    const size_t all = copies * points, room = (inputs + outputs) * outputs * points;
+    if (tape->room < room) {
         free(tape->z);
-        tape->z = malloc(points * (size_t)(net->inputs + 1) * sizeof *tape->z);
-        tape->points = tape->z ? points : 0;
+        tape->z = malloc(room * sizeof *tape->z);
+        tape->room = tape->z ? room : 0;
     }
     if (!tape->z) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a network of %zu points", points);
     }
-    for (size_t i = 0; i < points * (size_t)net->inputs; i++) {
-        tape->z[i] = (x[i] - net->middle[i / points]) / net->half[i / points];
+    for (size_t i = 0; i < inputs; i++) {
+        for (size_t p = 0; p < points; p++) {
+            const double z = (x[i * points + p] - net->middle[i]) / net->half[i];
+            for (size_t k = 0; k < copies; k++) {
+                tape->z[i * all + k * points + p] = z;
+            }
+        }
     }
-    for (size_t i = 0; i < points; i++) {
-        tape->z[points * (size_t)net->inputs + i] = 1;
+    for (size_t k = 0; k < outputs && copies == outputs; k++) {
+        double *seed = tape->z + (inputs + k) * all;
+        for (size_t p = 0; p < all; p++) {
+            seed[p] = p / points == k ? net->size[k] : 0;
+        }
     }
     return AD_OK;
 }
 
-ad_status learned_tape_run(learned_tape *tape, const learned_net *net, size_t points,
-                           const double *x, const double *theta, double *y, double *by,
-                           ad_error *error)
+static ad_status run(const learned_tape *tape, const learned_net *net, ad_program *program,
+                     size_t points, const double *theta, double **outputs, ad_error *error)
 {
-    double **out = tape->out;
-    out[0] = y;
-    for (int k = 0, n = 1; by && k < net->outputs; k++) {
-        for (int layer = 0; layer <= net->hidden_count; layer++) {
-            const size_t rows = (size_t)rows_of(net, layer);
-            const size_t weights = rows * (size_t)columns_of(net, layer);
-            out[n++] = by;
-            out[n++] = by + weights * points;
-            by += (weights + rows) * points;
-        }
-        out[n++] = by;
-        by += (size_t)net->inputs * points;
-    }
-    ad_status status = scale_inputs(tape, net, points, x, error);
     const double *const given[] = {tape->z, tape->z + points * (size_t)net->inputs};
-    if (status == AD_OK) {
-        const ad_run run = {.points = points, .inputs = given, .parameters = theta, .outputs = out};
-        status = ad_execute(by ? tape->derive : tape->program, &run, error);
+    return ad_execute(
+        program,
+        &(ad_run){.points = points, .inputs = given, .parameters = theta, .outputs = outputs},
+        error);
+}
+
+ad_status learned_tape_run(learned_tape *tape, const learned_net *net, size_t points,
+                           const double *x, const double *theta, double *y, double *by_theta,
+                           double *by_x, ad_error *error)
+{
+    const size_t outputs = (size_t)net->outputs, all = outputs * points;
+    double *by[2 * (LEARNED_LAYERS_MAX + 1)];
+    ad_status status = fill(tape, net, points, 1, x, error);
+    status = status == AD_OK ? run(tape, net, tape->program, points, theta, &y, error) : status;
+    for (size_t i = 0; status == AD_OK && i < all; i++) {
+        y[i] *= net->size[i / points];
     }
-    for (size_t k = 0; status == AD_OK && k < (size_t)net->outputs; k++) {
-        const size_t numbers = by ? tape->count * points : 0;
-        double *to = by ? by - (size_t)net->outputs * numbers + k * numbers : NULL;
-        for (size_t i = 0; i < points; i++) {
-            y[k * points + i] *= net->size[k];
+    if (status == AD_OK && (by_theta || by_x)) {
+        status = fill(tape, net, points, outputs, x, error);
+    }
+    if (status == AD_OK && by_theta) {
+        for (int i = 0; i <= net->hidden_count; i++) {
+            by[2 * i] = by_theta;
+            by[2 * i + 1] = by_theta + all * (size_t)rows_of(net, i) * (size_t)columns_of(net, i);
+            by_theta += all * numbers_of(net, i);
         }
-        for (size_t i = 0; i < numbers; i++) {
-            const size_t row = i / points, theta_count = tape->count - (size_t)net->inputs;
-            to[i] *= row < theta_count ? net->size[k] : net->size[k] / net->half[row - theta_count];
+        status = run(tape, net, tape->by_theta, all, theta, by, error);
+    }
+    if (status == AD_OK && by_x) {
+        status = run(tape, net, tape->by_x, all, theta, &by_x, error);
+        for (size_t i = 0; i < all * (size_t)net->inputs; i++) {
+            by_x[i] /= net->half[i / all];
         }
     }
     return status;

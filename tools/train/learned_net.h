@@ -8,14 +8,20 @@
 
 #include <stdint.h>
 
-enum { LEARNED_INPUTS_MAX = 32, LEARNED_OUTPUTS_MAX = 64, LEARNED_LAYERS_MAX = 4 };
+/* Inputs and outputs of scenes at rest, and of any. */
+enum {
+    LEARNED_INPUTS_MAX = 32,
+    LEARNED_OUTPUTS_MAX = 64,
+    LEARNED_WIDTH_MAX = 128,
+    LEARNED_LAYERS_MAX = 4
+};
 
 typedef struct learned_net {
     int inputs, outputs, hidden_count;
-    int hidden[LEARNED_LAYERS_MAX];    /* widths */
-    double middle[LEARNED_INPUTS_MAX]; /* of inputs, in their units */
-    double half[LEARNED_INPUTS_MAX];   /* (x - middle)/half enters; > 0 */
-    double size[LEARNED_OUTPUTS_MAX];  /* in the units of y */
+    int hidden[LEARNED_LAYERS_MAX];   /* widths */
+    double middle[LEARNED_WIDTH_MAX]; /* of inputs, in their units */
+    double half[LEARNED_WIDTH_MAX];   /* (x - middle)/half enters; > 0 */
+    double size[LEARNED_WIDTH_MAX];   /* in the units of y */
 } learned_net;
 
 size_t learned_net_count(const learned_net *net); /* of theta */
@@ -32,10 +38,11 @@ typedef struct learned_tape learned_tape;
 ad_status learned_tape_create(const learned_net *net, learned_tape **result, ad_error *error);
 void learned_tape_free(learned_tape *tape); /* NULL is allowed */
 
-/* x[inputs][points], y[outputs][points]; by[outputs][count + inputs][points], dy/dtheta and dy/dx,
- * or NULL. Does not allocate after the first run of as many points. */
+/* x[inputs][points], y[outputs][points]; dy/dtheta by_theta[count][outputs][points] and dy/dx
+ * by_x[inputs][outputs][points], or NULL. Does not allocate after the first run of as many points.
+ */
 ad_status learned_tape_run(learned_tape *tape, const learned_net *net, size_t points,
-                           const double *x, const double *theta, double *y, double *by,
-                           ad_error *error);
+                           const double *x, const double *theta, double *y, double *by_theta,
+                           double *by_x, ad_error *error);
 
 #endif

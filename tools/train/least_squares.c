@@ -81,6 +81,19 @@ int least_squares_solve(void *of, double damping, const double *scale, double *s
                                 step);
 }
 
+ad_status least_squares_inverse(least_squares *ls, double *inverse, ad_error *error)
+{
+    if (ad_dense_cholesky(ls->pool, ls->jtj, NULL, ls->factor)) {
+        return ad_fail(error, AD_NOT_FINITE, "what is learned is not determined");
+    }
+    memset(inverse, 0, ls->count * ls->count * sizeof *inverse);
+    for (size_t i = 0; i < ls->count; i++) {
+        inverse[i * ls->count + i] = 1;
+        ad_dense_cholesky_solve(ls->factor, inverse + i * ls->count);
+    }
+    return AD_OK;
+}
+
 /* ---- as a fit ------------------------------------------------------------------------------ */
 
 static ad_status start(void *of, ad_error *error)

@@ -59,4 +59,7 @@ ad_status least_squares_run(least_squares *ls, const least_squares_runner *runne
 /* step[count] with the last J, a linear model's `solve`. */
 int least_squares_solve(void *ls, double damping, const double *scale, double *step);
 
+/* inverse[count][count] of jtj. AD_NOT_FINITE: it is not positive definite. */
+ad_status least_squares_inverse(least_squares *ls, double *inverse, ad_error *error);
+
 #endif
