@@ -42,7 +42,7 @@ programs=('cpinn-train scene.yaml --out new --threads 1'
     'cpinn-show whole --out new.html'
     'cpinn-fit fit.yaml --out new.csv --save new.h5 --threads 1'
     'cpinn-law law.csv --out new.csv --steps 2 --starts 1 --units 2' "cpinn-control $loop --json new.json"
-    "cpinn-residual $arm --measured loop.csv --steps 1 --units 2 --out new.csv")
+    "cpinn-residual $arm --measured loop.csv --steps 1 --units 2 --out new.h5")
 
 # faulty KIND N COMMAND...: with the N-th call failing, it has to end as promised.
 faulty() {

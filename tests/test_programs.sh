@@ -367,12 +367,16 @@ refused 'reference.analytic: is that of a linear rod' cpinn-train "$rubber" --ex
 arm=$ROOT/configs/robots/soft_arm_residual.yaml
 run 3 cpinn-control "$arm" --set control.residual=null --set control.duration=2 --out loop.csv
 said stdout.txt '^warning \(innovations\): ' # what the residual is for
-run 0 cpinn-residual "$arm" --measured loop.csv --steps 2 --units 3 --out beyond.csv
+run 0 cpinn-residual "$arm" --measured loop.csv --steps 2 --units 3 --out beyond.h5
 said stdout.txt '^with network '
-run 0 cpinn-control "$arm" --set control.residual="$PWD/beyond.csv" --set control.duration=1.2
+run 0 cpinn-control "$arm" --set control.residual="$PWD/beyond.h5" --set control.duration=1.2
 said stdout.txt 'reduced rod and residual'
+refused 'loop.csv: residuals were tables before they had deviations; allowed: an .h5' \
+    cpinn-control "$arm" --set control.residual="$PWD/loop.csv"
+refused 'beyond.h5 is of a robot in motion, for control.residual' \
+    cpinn-solve "$ROOT/configs/identify/residual.yaml" --set residual.file="$PWD/beyond.h5"
 refused 'is no residual of a model of [0-9]* states and [0-9]* inputs of these ranges' \
-    cpinn-control "$arm" --set control.residual="$PWD/beyond.csv" --set 'parameters.force1={range: [0, 9]}'
+    cpinn-control "$arm" --set control.residual="$PWD/beyond.h5" --set 'parameters.force1={range: [0, 9]}'
 cut -d, -f1,11-13 loop.csv >unseen.csv
 awk -F, -v OFS=, 'NR == 9 { $1 += 0.001 } 1' loop.csv >uneven.csv
 refused 'measured is missing' cpinn-residual "$arm"
@@ -417,9 +421,10 @@ refused 'uneven.csv: row 8 is 0.021 s after' cpinn-residual "$arm" --measured un
 refused 'has 1 motion, 1 held out' cpinn-residual "$arm" --measured loop.csv --held-out 1
 refused 'control.residual: is beside a model that is not linear' cpinn-control "$arm" \
     --set control.model=linear
-sed 1s/18/20/ beyond.csv | sed 2s/18/20/ >other.csv
-refused 'other.csv: is no residual of a model of 18 states' cpinn-control "$arm" \
-    --set control.residual="$PWD/other.csv"
+refused 'rest.h5: is no residual of a model of 18 states' cpinn-control "$arm" \
+    --set control.residual="$PWD/rest.h5"
+refused 'beyond.h5: is no residual of a model of 12 states' cpinn-control "$arm" \
+    --set control.residual="$PWD/beyond.h5" --set 'surrogate.modes=[1,1,1,1]'
 
 # ---- cpinn-check ------------------------------------------------------------------------------
 

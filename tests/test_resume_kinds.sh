@@ -295,11 +295,11 @@ for known in stiffness:quick swinging:long; do
 done
 descents long fit_residual_rest rest_run.h5 cpinn-residual "$ROOT/configs/identify/residual.yaml" \
     --set 'residual.hidden=[4]' --threads 1 --out rest_run.h5
-fit fit_residual fit_residual.csv cpinn-residual "$ROOT/configs/robots/soft_arm_control.yaml" \
-    --measured loop.csv --steps 2 --units 2 --out fit_residual.csv
-descents long fit_residual_run residual_run.csv cpinn-residual \
+fit fit_residual fit_residual.h5 cpinn-residual "$ROOT/configs/robots/soft_arm_control.yaml" \
+    --measured loop.csv --steps 2 --units 2 --out fit_residual.h5
+descents long fit_residual_run residual_run.h5 cpinn-residual \
     "$ROOT/configs/robots/soft_arm_control.yaml" --measured loop.csv --steps 60 --units 2 \
-    --out residual_run.csv
+    --out residual_run.h5
 
 echo "$kinds kinds, $kills kills"
 [ "$mode" != all ] || check kills -- test "$kills" -ge 60

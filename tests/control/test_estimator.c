@@ -3,6 +3,31 @@
  * statistics over many runs. */
 #include "filter_testing.h"
 
+/* What a model may say of itself: more from step to step along one direction. by_state is found
+ * from points, whose rounding is 1e-16/alpha. */
+static const double unsure[N] = {0.02, -0.03, 0.01, 0.05};
+
+static int doubt(void *context, double h, const double *state, const double *inputs,
+                 const double *by_state, double *memory, double *covariance)
+{
+    const linear_model *model = context;
+    (void)h, (void)state, (void)inputs;
+    *memory += 1;
+    for (int i = 0; i < N * N; i++) {
+        assert_near(by_state[i], model->a[i / N][i % N], 1e-9);
+        covariance[i] = *memory * unsure[i / N] * unsure[i % N];
+    }
+    return 0;
+}
+
+/* Of a step from a sample on. */
+static void add_doubt(kalman *k, int sample)
+{
+    for (int i = 0; i < N * N; i++) {
+        k->p[i / N][i % N] += (sample + 1) * unsure[i / N] * unsure[i % N];
+    }
+}
+
 /* Sigma points of any width: rounding is larger for narrow ones, 1e-16/alpha. */
 static void test_kalman(void **state)
 {
@@ -11,6 +36,8 @@ static void test_kalman(void **state)
     for (int rule = 0; rule < 3; rule++) {
         linear_test x;
         make_linear(&x, rules[rule][0], rules[rule][1]);
+        x.settings.model.doubts = rule > 0;
+        x.settings.model.doubt = doubt;
         filter_test f = make_filter(&x.settings);
         kalman k = {.n = N};
         uint64_t seed = 11;
@@ -47,6 +74,9 @@ static void test_kalman(void **state)
             }
             assert_int_equal(estimator_predict(f.x, &u, u == end ? NULL : &end), 0);
             kalman_predict(&k, x.model.a, g, q);
+            if (rule > 0) {
+                add_doubt(&k, sample);
+            }
             go_on(&x, 0.5 * (u + end), &seed, truth);
         }
         assert_int_equal(estimator_sample(f.x), 300);
@@ -89,6 +119,8 @@ static void test_delays(void **state)
     x.sensor[0].delay = 3;
     x.sensor[1].delay = 1;
     x.settings.late = 1;
+    x.settings.model.doubts = 1; /* its memory goes back with the filter */
+    x.settings.model.doubt = doubt;
     filter_test f = make_filter(&x.settings);
     estimator_start(f.x, zero, zero, NULL);
     for (int i = 0; i < N; i++) { /* there is nothing before the start, which is not seen either */
@@ -134,6 +166,7 @@ static void test_delays(void **state)
         }
         assert_int_equal(estimator_predict(f.x, &u, NULL), 0);
         predict_augmented(&k, &x, u);
+        add_doubt(&k, sample);
         go_on(&x, u, &seed, truth);
     }
     assert_true(late_ones > 10 && lost > 10);

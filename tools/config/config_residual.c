@@ -65,6 +65,14 @@ ad_status config_take_residual(config *experiment, ad_error *error)
                    ? ad_fail(error, status, "%s", reason.message)
                    : config_blame(experiment->source, error, "residual.file", "%s", reason.message);
     }
+    const learned_file *saved = residual->saved;
+    if (!isnan(saved->anew) || saved->net.inputs > LEARNED_INPUTS_MAX ||
+        saved->net.outputs > LEARNED_OUTPUTS_MAX) {
+        return config_blame(experiment->source, error, "residual.file",
+                            "%s is of a robot in motion, for control.residual; allowed: what "
+                            "cpinn-residual has learned at rest",
+                            residual->file);
+    }
     return take_unknowns(experiment, residual->saved, error);
 }
 

@@ -106,6 +106,7 @@ static size_t controller_layout(const controller_settings *s, void *memory, cont
     c->expected = small_matrix_take(memory, &used, n, sizeof(double));
     c->drift = small_matrix_take(memory, &used, n, sizeof(double));
     c->bias = small_matrix_take(memory, &used, v, sizeof(double));
+    c->margin = small_matrix_take(memory, &used, v, sizeof(double));
     c->row = small_matrix_take(memory, &used, inputs, sizeof(double));
     c->next = small_matrix_take(memory, &used, n > v ? n : v, sizeof(double));
     return used;
@@ -270,6 +271,9 @@ static int controller_take_sample(controller *c, const controller_sample *now)
 {
     int flags = 0;
 
+    for (int k = 0; k < c->v; k++) {
+        c->margin[k] = now->margin != NULL && now->margin[k] > 0.0 ? now->margin[k] : 0.0;
+    }
     if (now->others != NULL) {
         const size_t size = (size_t)c->settings.model.inputs * sizeof *c->row;
 

@@ -76,6 +76,8 @@ typedef struct controller_sample {
     /* [horizon][v]: row i is wanted at (delay + i + 1) steps after the state's time. NaN: no wish.
      * NULL: as before, one sample on. */
     const double *reference;
+    const double *margin; /* [v] by which soft limits are kept farther off, as what is seen is not
+                           * known exactly; ends that would pass each other meet; NULL: 0 */
 } controller_sample;
 
 /* Flags of an answer. 0: all is well. What is done about each is said here. */
@@ -88,7 +90,7 @@ enum {
                            * on as it was, one sample on, at its end held */
     CONTROLLER_QP_LIMIT = 16,  /* best point that was known and allowed */
     CONTROLLER_QP = 32,        /* the program had no answer: the plan goes on as it was */
-    CONTROLLER_SOFT = 64,      /* a soft limit is violated in the plan */
+    CONTROLLER_SOFT = 64,      /* a soft limit, with its margin, is violated in the plan */
     CONTROLLER_OTHERS = 128,   /* `others` not finite: the last ones are used */
     CONTROLLER_REFERENCE = 256 /* an entry of the reference is infinite: no wish there */
 };

@@ -23,6 +23,7 @@ struct controller {
     double *expected;   /* [n] state of the next sample by the model alone, without drift */
     double *drift;      /* [n] */
     double *bias;       /* [v] */
+    double *margin;     /* [v] */
     double *row, *next; /* [model.inputs], [max(n, v)] */
     double cost;
     int iterations; /* of the last quadratic program */

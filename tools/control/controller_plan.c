@@ -49,6 +49,18 @@ static bool gauss_newton_limited(const controller_settings *s, int k)
            (s->soft_upper != NULL && isfinite(s->soft_upper[k]));
 }
 
+/* What is left of the limits of value k by its margin. */
+static void gauss_newton_limits(const controller *c, int k, double *lower, double *upper)
+{
+    const controller_settings *s = &c->settings;
+
+    *lower = s->soft_lower != NULL ? s->soft_lower[k] + c->margin[k] : -INFINITY;
+    *upper = s->soft_upper != NULL ? s->soft_upper[k] - c->margin[k] : INFINITY;
+    if (*lower > *upper) {
+        *lower = *upper = 0.5 * (s->soft_lower[k] + s->soft_upper[k]);
+    }
+}
+
 static qp_settings gauss_newton_sizes(const controller_settings *s, gauss_newton *newton)
 {
     const int moves = s->moves == 0 ? s->horizon : s->moves;
@@ -413,10 +425,11 @@ static void gauss_newton_bounds(const controller *c, gauss_newton *newton)
         const int k = r % c->v;
 
         if (gauss_newton_limited(s, k)) {
-            newton->row_lower[row] =
-                (s->soft_lower != NULL ? s->soft_lower[k] : -INFINITY) - newton->predicted[r];
-            newton->row_upper[row++] =
-                (s->soft_upper != NULL ? s->soft_upper[k] : INFINITY) - newton->predicted[r];
+            double lower, upper;
+
+            gauss_newton_limits(c, k, &lower, &upper);
+            newton->row_lower[row] = lower - newton->predicted[r];
+            newton->row_upper[row++] = upper - newton->predicted[r];
         }
     }
 }
@@ -484,9 +497,10 @@ SMALL_FOR_EACH_PROCESSOR static bool gauss_newton_costs(controller *c, const gau
         c->cost += 0.5 * newton->weight[r] * error * error;
         if (newton->limited > 0 && gauss_newton_limited(s, k)) {
             const double value = newton->predicted[r] + change;
-            const double over = s->soft_upper != NULL ? value - s->soft_upper[k] : 0.0;
-            const double under = s->soft_lower != NULL ? s->soft_lower[k] - value : 0.0;
-            const double most = fmax(fmax(over, under), 0.0);
+            double lower, upper;
+
+            gauss_newton_limits(c, k, &lower, &upper);
+            const double most = fmax(fmax(value - upper, lower - value), 0.0);
 
             c->cost += 0.5 * s->soft_weight[k] * most * most;
             violated = violated || most > 1e-9 * fmax(1.0, fabs(value));

@@ -33,8 +33,7 @@ static void begin(estimator *estimator, const double *inputs)
     estimator_look_ahead(estimator);
     memcpy(first->until, inputs, (size_t)estimator->inputs * sizeof *inputs);
     memcpy(first->z, estimator->z, (size_t)estimator->n * sizeof *estimator->z);
-    memcpy(first->u, estimator->u,
-           (size_t)(estimator->n * estimator->stride) * sizeof *estimator->u);
+    memcpy(first->u, estimator->u, (size_t)estimator->kept * sizeof *estimator->u);
 }
 
 int estimator_start(estimator *estimator, const double *state, const double *inputs,
@@ -47,7 +46,7 @@ int estimator_start(estimator *estimator, const double *state, const double *inp
         return ESTIMATOR_BAD_START;
     }
     memcpy(estimator->z, state, (size_t)states * sizeof *state);
-    memset(estimator->u, 0, (size_t)(estimator->n * estimator->stride) * sizeof *estimator->u);
+    memset(estimator->u, 0, (size_t)estimator->kept * sizeof *estimator->u);
     for (int i = 0; i < states; i++) {
         estimator->u[i * estimator->stride + i] = s->deviation[i];
     }
@@ -80,8 +79,7 @@ static void catch_up(estimator *estimator)
     if (from <= estimator->at) {
         const estimator_record *at = estimator_record_of(estimator, from);
         memcpy(estimator->z, at->z, (size_t)estimator->n * sizeof *estimator->z);
-        memcpy(estimator->u, at->u,
-               (size_t)(estimator->n * estimator->stride) * sizeof *estimator->u);
+        memcpy(estimator->u, at->u, (size_t)estimator->kept * sizeof *estimator->u);
         estimator->at = from;
         estimator_take(estimator, estimator_record_of(estimator, from));
     }
@@ -89,8 +87,7 @@ static void catch_up(estimator *estimator)
         estimator_go_on(estimator, estimator_record_of(estimator, estimator->at));
         estimator_record *at = estimator_record_of(estimator, ++estimator->at);
         memcpy(at->z, estimator->z, (size_t)estimator->n * sizeof *estimator->z);
-        memcpy(at->u, estimator->u,
-               (size_t)(estimator->n * estimator->stride) * sizeof *estimator->u);
+        memcpy(at->u, estimator->u, (size_t)estimator->kept * sizeof *estimator->u);
         estimator_take(estimator, at);
     }
 }

@@ -149,6 +149,8 @@ double estimator_parameter_now(const estimator *estimator, int i);
  * is, and so does not average out as noise does. At most that of the whole range. */
 double estimator_parameter_deviation(const estimator *estimator, int i);
 double estimator_deviation(const estimator *estimator, int i); /* of state i */
+/* Of what is seen, by[states] its derivatives by the state. */
+double estimator_deviation_along(const estimator *estimator, const double *by);
 void estimator_covariance(const estimator *estimator,
                           double *p);                 /* [n][n], n = states + parameters */
 double estimator_outside(const estimator *estimator); /* one_step.h: at most 1 inside */

@@ -15,7 +15,7 @@ enum { ESTIMATOR_NONE, ESTIMATOR_UNUSABLE, ESTIMATOR_FRESH, ESTIMATOR_USED, ESTI
 
 /* One of the last samples. */
 typedef struct estimator_record {
-    double *z, *u;  /* [n], [n][stride] before its measurements */
+    double *z, *u;  /* [n], [kept] before its measurements */
     double *until;  /* [inputs] that acted until it */
     double *inputs; /* [2][inputs] from it on to the next, at both ends */
     double *values; /* [values] of all sensors */
@@ -50,7 +50,8 @@ struct estimator {
     double process; /* times settings.process */
     double doubt;   /* its mean over the last `doubted` times that it was adapted */
     int64_t doubted;
-    double *z, *u;            /* [n], [n][stride] */
+    int kept;                 /* numbers of u and, behind it, of the memory of model.doubt */
+    double *z, *u;            /* [n], [n][stride] of [kept] */
     double *now;              /* [inputs] */
     double *ahead;            /* [states] at the present sample */
     double *states_at, *next; /* [2 n + 1][states] */
@@ -59,6 +60,7 @@ struct estimator {
     double *rows;             /* [3 n + 1][stride] */
     double *d, *b, *room;     /* of sigma_gather, sigma_correct */
     double *before;           /* [n] */
+    double *unknown;          /* [3][n][stride], where the model doubts */
     estimator_record *record; /* [slots] */
     estimator_sensor_record sensor[ESTIMATOR_SENSORS_MAX];
 };

@@ -164,6 +164,7 @@ static void set_sizes(estimator *estimator, const estimator_settings *settings)
     estimator->inputs = s->model.inputs;
     estimator->n = estimator->states + s->parameters;
     estimator->stride = small_matrix_stride(estimator->n);
+    estimator->kept = estimator->n * estimator->stride + s->model.doubts;
     estimator->sigma = s->alpha > 0 ? sigma_points_of(estimator->n, s->alpha, s->beta, s->kappa)
                                     : sigma_points_of(estimator->n, 1, 0, 0);
     estimator->values = estimator->most = 0;
@@ -186,7 +187,7 @@ static void carve_all(estimator *estimator, carving *from, estimator_record *rec
 {
     const int points = 2 * estimator->n + 1, apart = small_matrix_stride(estimator->most);
     estimator->z = carve(from, estimator->n);
-    estimator->u = carve(from, estimator->n * estimator->stride);
+    estimator->u = carve(from, estimator->kept);
     estimator->now = carve(from, estimator->inputs);
     estimator->ahead = carve(from, estimator->states);
     estimator->states_at = carve(from, points * estimator->states);
@@ -199,6 +200,8 @@ static void carve_all(estimator *estimator, carving *from, estimator_record *rec
     estimator->b = carve(from, (estimator->n + 1) * apart);
     estimator->room = carve(from, sigma_room(estimator->n, estimator->most));
     estimator->before = carve(from, estimator->n);
+    estimator->unknown = carve(
+        from, estimator->settings.model.doubts > 0 ? 3 * estimator->n * estimator->stride : 0);
     for (int i = 0; i < estimator->settings.sensors; i++) {
         estimator->sensor[i].window = carve(from, estimator->settings.window);
         estimator->sensor[i].innovation = carve(from, estimator->sensor[i].width);
@@ -209,7 +212,7 @@ static void carve_all(estimator *estimator, carving *from, estimator_record *rec
     for (int i = 0; i < estimator->slots; i++) {
         estimator_record r = {.grow = 1};
         r.z = carve(from, estimator->n);
-        r.u = carve(from, estimator->n * estimator->stride);
+        r.u = carve(from, estimator->kept);
         r.until = carve(from, estimator->inputs);
         r.inputs = carve(from, 2 * estimator->inputs);
         r.values = carve(from, estimator->values);

@@ -52,6 +52,19 @@ double estimator_deviation(const estimator *estimator, int i)
     return sqrt(square);
 }
 
+double estimator_deviation_along(const estimator *estimator, const double *by)
+{
+    double square = 0;
+    for (int j = 0; j < estimator->states; j++) {
+        double sum = 0;
+        for (int i = j; i < estimator->states; i++) {
+            sum += estimator->u[j * estimator->stride + i] * by[i];
+        }
+        square += sum * sum;
+    }
+    return sqrt(square);
+}
+
 static double largest(const estimator *estimator, int i)
 {
     const estimator_settings *s = &estimator->settings;
@@ -119,11 +132,58 @@ static double walk_of(const estimator *estimator, const estimator_parameter *p)
     return p->walk > 0 ? p->walk : p->low > 0 ? 0.003 : 0.03 * estimator->process;
 }
 
-void estimator_go_on(estimator *estimator, const estimator_record *from)
+/* What the model does not know of itself where the mean was: by what its points became, rows
+ * d = A u of a derivative A. */
+static bool doubt(estimator *estimator, const double *d)
+{
+    const one_step *model = &estimator->settings.model;
+    const int n = estimator->n, stride = estimator->stride, states = estimator->states;
+    double *unknown = estimator->unknown, *by = unknown + n * stride, *turned = by + n * stride;
+    small_matrix_product_transposed(n, n, n, estimator->u, d, turned);
+    small_matrix_solve_factored(n, estimator->u, n, turned);
+    for (int r = 0; r < states; r++) {
+        for (int c = 0; c < states; c++) {
+            by[r * states + c] = turned[c * stride + r];
+        }
+    }
+    return estimator_is_usable((size_t)(states * states), by) &&
+           model->doubt(model->context, estimator->settings.period, estimator->states_at,
+                        estimator->inputs_at, by, estimator->u + n * stride, unknown) == 0 &&
+           estimator_is_usable((size_t)(states * states), unknown);
+}
+
+/* The root, an upper triangle noise [n][n], of what the model leaves out of a step: by `process`
+ * and walks, and what it does not know itself where the mean was. Where rounding leaves no root
+ * this is taken as large as it may be along any axis. */
+static void leave_out(estimator *estimator, const double *d, double *noise)
 {
     const estimator_settings *s = &estimator->settings;
     const int n = estimator->n, stride = estimator->stride, states = estimator->states;
-    const double root = sqrt(s->period);
+    const double *unknown = estimator->unknown;
+    const bool doubts = s->model.doubts > 0 && doubt(estimator, d);
+    for (int bounds = 0; bounds < 2; bounds++) {
+        memset(noise, 0, (size_t)(n * stride) * sizeof *noise);
+        for (int i = 0; i < n; i++) {
+            const double left_out = i < states ? estimator->process * s->process[i]
+                                               : walk_of(estimator, &s->parameter[i - states]);
+            const double root = sqrt(s->period) * left_out;
+            const double most = bounds && i < states ? states * unknown[i * states + i] : 0;
+            noise[i * stride + i] = !doubts  ? root
+                                    : bounds ? sqrt(root * root + most)
+                                             : root * root;
+            for (int k = i; k < states && doubts && !bounds; k++) {
+                noise[i * stride + k] += unknown[i * states + k];
+            }
+        }
+        if (!doubts || (!bounds && small_matrix_cholesky(n, noise) == 0)) {
+            return;
+        }
+    }
+}
+
+void estimator_go_on(estimator *estimator, const estimator_record *from)
+{
+    const int n = estimator->n, stride = estimator->stride, states = estimator->states;
     double *after = estimator->inputs_at + (2 * n + 1) * estimator->inputs;
     sigma_spread(&estimator->sigma, n, states, estimator->z, estimator->u, estimator->states_at);
     spread_inputs(estimator, n, from->inputs, estimator->inputs_at);
@@ -140,12 +200,8 @@ void estimator_go_on(estimator *estimator, const estimator_record *from)
     if (!known) {
         coast(estimator, from->moves ? after : NULL);
     } else {
-        double *noise = estimator->rows + (2 * n + 1) * stride;
-        memset(noise, 0, (size_t)(n * stride) * sizeof *noise);
+        leave_out(estimator, estimator->rows, estimator->rows + (2 * n + 1) * stride);
         for (int i = 0; i < n; i++) {
-            const double left_out = i < states ? estimator->process * s->process[i]
-                                               : walk_of(estimator, &s->parameter[i - states]);
-            noise[i * stride + i] = root * left_out;
             for (int k = states; k < n; k++) {
                 estimator->rows[i * stride + k] = estimator->u[i * stride + k];
             }

@@ -1,6 +1,7 @@
 #include "tools/control/marker_drift.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <stddef.h>
 
 static int advance(void *context, int count, double h, const double *states, const double *inputs,
@@ -27,6 +28,24 @@ static double outside(void *context, const double *state, const double *inputs)
     return x->model.outside ? x->model.outside(x->model.context, state, inputs) : 0;
 }
 
+/* Of the model; offsets have none. */
+static int doubt(void *context, double h, const double *state, const double *inputs,
+                 const double *by_state, double *memory, double *covariance)
+{
+    const marker_drift *x = context;
+    const size_t n = (size_t)x->model.states, all = n + 3 * (size_t)x->markers;
+    for (size_t i = 0; i < n * n; i++) {
+        x->room[i] = by_state[i / n * all + i % n];
+    }
+    const int failed =
+        x->model.doubt(x->model.context, h, state, inputs, x->room, memory, covariance);
+    for (size_t i = all * all; i-- > 0;) {
+        const bool is_model = i / all < n && i % all < n;
+        covariance[i] = is_model ? covariance[i / all * n + i % all] : 0;
+    }
+    return failed;
+}
+
 one_step marker_drift_model(marker_drift *drift)
 {
     one_step model = drift->model;
@@ -34,6 +53,7 @@ one_step marker_drift_model(marker_drift *drift)
     model.states += 3 * drift->markers;
     model.advance = advance;
     model.outside = outside;
+    model.doubt = doubt;
     return model;
 }
 

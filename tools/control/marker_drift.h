@@ -12,7 +12,8 @@ enum { MARKER_DRIFT_MAX = 16 };
 typedef struct marker_drift {
     one_step model; /* borrowed, as the observations */
     int markers;
-    double fade; /* s; 0: never */
+    double fade;  /* s; 0: never */
+    double *room; /* [states][states] of the model; needed where it doubts */
     struct marker_drift_eye {
         const struct marker_drift *of;
         one_observation observation; /* of a place: three values */

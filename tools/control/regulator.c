@@ -7,9 +7,10 @@
 struct regulator {
     estimator *filter;
     controller *plan[REGULATOR_TURNS_MAX];
-    one_step model;    /* of the filter */
-    double period;     /* s, of a sample */
-    const int *inputs; /* [controlled] */
+    one_step model;              /* of the filter */
+    one_observation observation; /* of the controller */
+    double period;               /* s, of a sample */
+    const int *inputs;           /* [controlled] */
     int controlled, turns, turn, delay;
     int flags;                 /* of the prediction, for the next answer */
     bool has_plan, has_inputs; /* to be prepared, to be predicted with */
@@ -23,6 +24,7 @@ struct regulator {
     double *ahead;               /* [2][model.states] */
     double *first;               /* of the first regulator_start: [states], [model.inputs], and */
     double *by_parameters;       /* [states][parameters] */
+    double *margin, *by;         /* [values], [values][1 + states]; where the model doubts */
     int parameters, lost;        /* lost: samples since when the filter is */
     int cycle;                   /* samples after which all sensors are due again */
 };
@@ -51,11 +53,21 @@ const char *regulator_refusal(const regulator_settings *settings)
                : NULL;
 }
 
+/* Values that may be kept off their limits by what is not known of them. */
+static size_t margins_of(const regulator_settings *settings)
+{
+    const controller_settings *c = &settings->controller;
+    const bool limits = c->soft_lower || c->soft_upper;
+    return limits && settings->estimator.model.doubts > 0 ? (size_t)c->observation.values : 0;
+}
+
 static size_t numbers_of(const regulator_settings *settings)
 {
     const one_step *model = &settings->estimator.model;
     return (size_t)(settings->delay + 1) * settings->controller.controlled +
-           2 * (size_t)model->inputs + (size_t)(3 + settings->estimator.parameters) * model->states;
+           2 * (size_t)model->inputs +
+           (size_t)(3 + settings->estimator.parameters) * model->states +
+           margins_of(settings) * (size_t)(2 + model->states);
 }
 
 size_t regulator_size(const regulator_settings *settings)
@@ -103,6 +115,12 @@ regulator *regulator_init(void *memory, const regulator_settings *settings)
     regulator->first = regulator->ahead + 2 * regulator->model.states;
     regulator->by_parameters = regulator->first + regulator->model.states + regulator->model.inputs;
     regulator->parameters = settings->estimator.parameters;
+    if (margins_of(settings) > 0) {
+        regulator->observation = c->observation;
+        regulator->margin =
+            regulator->by_parameters + (size_t)regulator->parameters * regulator->model.states;
+        regulator->by = regulator->margin + c->observation.values;
+    }
     regulator->cycle = cycle_of(&settings->estimator);
     at += padded(numbers_of(settings) * sizeof(double));
     regulator->filter = estimator_init(at, &settings->estimator);
@@ -256,11 +274,31 @@ static void answer(regulator *regulator, double *inputs)
     regulator->has_plan = regulator->has_inputs = true;
 }
 
+/* Limits are kept off by two deviations of what is seen, 95 %, as the filter knows them. NULL: they
+ * are not known, or the model does not doubt itself. */
+static const double *margin_of(regulator *regulator)
+{
+    enum { DEVIATIONS = 2 };
+    const one_observation *seen = &regulator->observation;
+    double *by = regulator->by + seen->values;
+    if (!regulator->margin ||
+        seen->see(seen->context, 1, estimator_state(regulator->filter),
+                  estimator_inputs(regulator->filter), regulator->by, by) != 0) {
+        return NULL;
+    }
+    for (int k = 0; k < seen->values; k++) {
+        regulator->margin[k] =
+            DEVIATIONS * estimator_deviation_along(regulator->filter, by + k * seen->states);
+    }
+    return regulator->margin;
+}
+
 int regulator_plan(regulator *regulator, const double *reference, double *inputs)
 {
     const controller_sample now = {.state = state_ahead(regulator),
                                    .others = estimator_inputs(regulator->filter),
-                                   .reference = reference};
+                                   .reference = reference,
+                                   .margin = margin_of(regulator)};
     const int flags = controller_feedback(regulator->plan[regulator->turn], &now, inputs);
     answer(regulator, inputs);
     return flags << REGULATOR_CONTROLLER;

@@ -210,6 +210,7 @@ static void choose_model(replay *x)
     const bool drifts = x->settings.drift > 0;
     x->drift = (marker_drift){
         .model = x->loop->by_period, .markers = x->markers, .fade = x->settings.fade};
+    AD_TAKE(x, drift.room, x->loop->states * x->loop->states);
     for (int m = 0; m < x->markers; m++) {
         x->drift.eye[m].observation = x->loop->sensor[m].observation;
         x->eye[m] = drifts ? marker_drift_see(&x->drift, m) : x->loop->sensor[m].observation;

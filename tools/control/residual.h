@@ -2,11 +2,15 @@
  * trained through them, a knowledge-based neural ordinary differential equation (Jiahao et al.
  * 2024).
  *
- *   x+ = f(x, u, h) + h D W2 tanh(b + W1 (x/D, (u - c)/C))
+ *   x+ = f(x, u, h) + h N(x, u)
  *
- * f is any one-step model: the reduced rod, that is the solver itself, or a surrogate. D are sizes
- * of the states, c and C middle and half of the ranges of inputs. With W2 = 0 it is f. Derivatives
- * are exact where those of f are. */
+ * f is any one-step model: the reduced rod, that is the solver itself, or a surrogate. N is a
+ * network on the tape (tools/train/learned_net.h), which sees states over their sizes and inputs
+ * in their ranges. With N = 0 it is f. Derivatives are exact where those of f are.
+ *
+ * What the runs leave open of its numbers is their linearised posterior (MacKay, Neural Computation
+ * 4 (1992) 448) with a prior of size 1: near what it was trained on the network is known, and far
+ * from it not. one_step.doubt says so of a step. */
 #ifndef CONTROL_RESIDUAL_H
 #define CONTROL_RESIDUAL_H
 
@@ -20,7 +24,8 @@
 
 typedef struct residual residual;
 
-/* D [states], c, C [inputs]; all numbers of the network are 0. AD_NO_MEMORY. */
+/* size [states]; middle and half of the ranges [inputs]; all numbers of the network are 0, and not
+ * known. AD_BAD_INPUT: too many states and inputs; AD_NO_MEMORY. */
 ad_status residual_create(const one_step *of, int units, const double *size, const double *middle,
                           const double *half, residual **result, ad_error *error);
 void residual_free(residual *residual); /* NULL is allowed */
@@ -42,7 +47,7 @@ typedef struct residual_settings {
     int steps;     /* of Levenberg and Marquardt's method at most */
     double noise;  /* of each number that is seen, in its unit: misses of this size cost as much as
                     * numbers of the network of 1 */
-    uint64_t seed; /* of the first W1 */
+    uint64_t seed; /* of the network's first numbers */
     const least_squares_runner *runner; /* NULL: none */
 } residual_settings;
 
@@ -53,13 +58,25 @@ double residual_error(const one_step *model, double h, const one_observation *ob
 
 /* Trains the network through the steps of whole runs: derivatives of all states by its numbers go
  * along. Of the runs, the last `held_out` are not trained on and choose among the networks on the
- * way (0: the last network). AD_BAD_INPUT: a model without an answer on a run. */
+ * way (0: the last network), and say what is left. AD_BAD_INPUT: a model without an answer on a
+ * run. */
 ad_status residual_fit(residual *residual, double h, const one_observation *observation,
                        size_t runs, const residual_run *run, size_t held_out,
                        const residual_settings *settings, ad_error *error);
 
-/* A table (tools/files/table_file.h); read for a model of as many states and inputs, which have
- * these ranges [inputs]. AD_BAD_INPUT, errors of the table. */
+/* Of each number that is seen over runs: root mean squares of what is missed and of the deviation
+ * that is said of it, by what is open of the network and what was left on runs held out; and the
+ * part of the numbers within one and two deviations. */
+typedef struct residual_score {
+    double rms, deviation, covered[2];
+} residual_score;
+
+ad_status residual_judge(residual *residual, double h, const one_observation *observation,
+                         size_t runs, const residual_run *run, residual_score *score,
+                         ad_error *error);
+
+/* As tools/train/learned_file.h; read for a model of as many states and inputs, which have these
+ * ranges [inputs]. AD_BAD_INPUT, errors of the file. */
 ad_status residual_write(const residual *residual, const char *path, ad_error *error);
 ad_status residual_read(const char *path, const one_step *of, const scene_parameter *ranges,
                         residual **result, ad_error *error);

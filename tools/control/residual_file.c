@@ -1,45 +1,79 @@
-/* A residual as a table of one column, value: states, inputs, units, then D, c, C and the numbers
- * of the network. */
+/* A residual as a file of a learned network, whose outputs are rates of states. */
 #include "tools/control/residual_internal.h"
 
-#include "tools/files/table_file.h"
+#include "tools/train/learned_file.h"
 
 #include <math.h>
-#include <stdbool.h>
-#include <stdlib.h>
+#include <stdio.h>
 #include <string.h>
 
-enum { HEAD = 3 };
+/* Names of what a network of so many states and inputs sees, of which the first are its outputs. */
+typedef struct seen_names {
+    char text[LEARNED_WIDTH_MAX][32];
+} seen_names;
+
+static void name_all(size_t states, size_t seen, seen_names *names)
+{
+    for (size_t i = 0; i < seen; i++) {
+        const bool is_state = i < states;
+        snprintf(names->text[i], sizeof names->text[i], "%s %zu", is_state ? "state" : "input",
+                 1 + i - (is_state ? 0 : states));
+    }
+}
 
 ad_status residual_write(const residual *residual, const char *path, ad_error *error)
 {
-    const size_t sizes = residual->states + 2 * residual->inputs,
-                 rows = HEAD + sizes + residual_count(residual);
-    double *all = malloc(rows * sizeof *all);
-    if (!all) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a residual");
+    seen_names names;
+    learned_file file = {.net = residual->net,
+                         .inputs.count = residual->net.inputs,
+                         .outputs.count = residual->net.outputs,
+                         .theta = residual->theta,
+                         .covariance = residual->covariance,
+                         .noise = residual->noise,
+                         .seen_count = residual->values,
+                         .seen = residual->sight,
+                         .anew = residual->anew};
+    name_all(residual->states, residual->seen, &names);
+    for (int i = 0; i < file.inputs.count; i++) {
+        file.inputs.name[i] = file.outputs.name[i] = names.text[i];
     }
-    all[0] = (double)residual->states;
-    all[1] = (double)residual->inputs;
-    all[2] = (double)residual->units;
-    memcpy(all + HEAD, residual->size, sizes * sizeof *all);
-    memcpy(all + HEAD + sizes, residual->numbers, residual_count(residual) * sizeof *all);
-    table_build to;
-    table_begin(&to, rows);
-    table_add(&to, "value", NULL, all, NULL);
-    const ad_status status = table_write(path, &to.table, error);
-    free(all);
-    return status;
+    return learned_file_write(&file, path, error);
 }
 
-/* Whether inputs have the ranges that middles [count] and halves [count] behind them are of. */
-static bool is_of_ranges(size_t count, const double *middle, const scene_parameter *ranges)
+static bool are_finite(size_t count, const double *x)
 {
-    bool same = true;
+    bool finite = true;
     for (size_t i = 0; i < count; i++) {
-        const double low = middle[i] - middle[count + i], high = middle[i] + middle[count + i];
+        finite = finite && isfinite(x[i]);
+    }
+    return finite;
+}
+
+/* Whether it sees these states, and inputs of these ranges. */
+static bool fits(const learned_file *file, const one_step *of, const scene_parameter *ranges)
+{
+    const learned_net *net = &file->net;
+    const int n = of->states, m = of->inputs;
+    const size_t count = learned_net_count(net);
+    bool same = net->outputs == n && net->inputs == n + m && net->hidden_count == 1 &&
+                file->unknowns.count == 0 && file->seen_count > 0 && file->seen_count <= count &&
+                file->anew > 0 && isfinite(file->anew) && file->noise >= 0 &&
+                are_finite(file->seen_count * (size_t)n, file->seen) &&
+                are_finite(count, file->theta) && are_finite(count * count, file->covariance) &&
+                are_finite((size_t)n, net->size);
+    seen_names names;
+    if (same) {
+        name_all((size_t)n, (size_t)(n + m), &names);
+    }
+    for (int i = 0; same && i < n + m; i++) {
+        same = strcmp(file->inputs.name[i], names.text[i]) == 0 && net->half[i] > 0 &&
+               isfinite(net->half[i]);
+    }
+    for (int i = 0; same && i < m; i++) {
+        const double low = net->middle[n + i] - net->half[n + i];
+        const double high = net->middle[n + i] + net->half[n + i];
         const double slack = 1e-9 * (ranges[i].high - ranges[i].low);
-        same = same && fabs(low - ranges[i].low) <= slack && fabs(high - ranges[i].high) <= slack;
+        same = fabs(low - ranges[i].low) <= slack && fabs(high - ranges[i].high) <= slack;
     }
     return same;
 }
@@ -47,32 +81,49 @@ static bool is_of_ranges(size_t count, const double *middle, const scene_paramet
 ad_status residual_read(const char *path, const one_step *of, const scene_parameter *ranges,
                         residual **result, ad_error *error)
 {
-    table_file *file = NULL;
+    learned_file file;
+    const size_t length = strlen(path);
     *result = NULL;
-    ad_status status = table_read(path, TABLE_FINITE, &file, error);
+    if (length > 4 && strcmp(path + length - 4, ".csv") == 0) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "%s: residuals were tables before they had deviations; allowed: an .h5 that "
+                       "cpinn-residual has learned anew",
+                       path);
+    }
+    ad_status status = learned_file_read(path, &file, error);
     if (status != AD_OK) {
         return status;
     }
-    const double *all = table_column(file, "value");
-    const size_t n = (size_t)of->states, m = (size_t)of->inputs, rows = table_rows(file);
-    const double units = all && rows > HEAD ? all[2] : 0;
-    const size_t sizes = n + 2 * m;
-    const bool fits = units >= 1 && all[0] == (double)n && all[1] == (double)m &&
-                      (double)rows == HEAD + (double)sizes + units * (double)(1 + 2 * n + m) &&
-                      is_of_ranges(m, all + HEAD + n, ranges);
-    if (!fits) {
+    const learned_net *net = &file.net;
+    if (!fits(&file, of, ranges)) {
         status = ad_fail(error, AD_BAD_INPUT,
-                         "%s: is no residual of a model of %zu states and %zu inputs of these "
+                         "%s: is no residual of a model of %d states and %d inputs of these "
                          "ranges; allowed: one that cpinn-residual has learned for this scene and "
                          "these modes",
-                         path, n, m);
+                         path, of->states, of->inputs);
     } else {
-        const double *size = all + HEAD;
-        status = residual_create(of, (int)units, size, size + n, size + n + m, result, error);
+        status = residual_create(of, net->hidden[0], net->half, net->middle + of->states,
+                                 net->half + of->states, result, error);
     }
     if (status == AD_OK) {
-        memcpy((*result)->numbers, all + HEAD + sizes, residual_count(*result) * sizeof *all);
+        status = residual_see(*result, file.seen_count, error);
     }
-    table_free(file);
+    if (status == AD_OK) {
+        residual *to = *result;
+        memcpy(to->sight, file.seen, to->values * to->states * sizeof *to->sight);
+        memcpy(to->net.size, net->size, to->states * sizeof *net->size);
+        memcpy(to->theta, file.theta, to->count * sizeof *to->theta);
+        memcpy(to->covariance, file.covariance, to->count * to->count * sizeof *to->covariance);
+        to->noise = file.noise;
+        to->anew = file.anew;
+    }
+    if (status == AD_OK && !residual_turn(*result)) {
+        status = ad_fail(error, AD_BAD_INPUT, "%s: has seen nothing that moves", path);
+    }
+    if (status != AD_OK) {
+        residual_free(*result);
+        *result = NULL;
+    }
+    learned_file_free(&file);
     return status;
 }

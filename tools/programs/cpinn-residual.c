@@ -269,23 +269,36 @@ static ad_status make_network(learning *learning, ad_error *error)
 
 /* ---- learning ------------------------------------------------------------------------------ */
 
-/* Errors of a model on the motions. */
-static void print_row(const learning *learning, const char *name, const one_step *model,
-                      size_t held)
+/* Errors of a model on the motions; of what is learned with its deviations. */
+static ad_status print_row(const learning *learning, const char *name, residual *net, size_t held,
+                           ad_error *error)
 {
     const size_t trained = learning->run_count - held;
+    const one_step model = net ? residual_one_step(net) : learning->step;
     const double start = clock_seconds(CLOCK_MONOTONIC);
     const double off =
-        residual_error(model, learning->h, &learning->observation, trained, learning->runs);
+        residual_error(&model, learning->h, &learning->observation, trained, learning->runs);
     const double each = (clock_seconds(CLOCK_MONOTONIC) - start) / (double)learning->rows;
+    const residual_run *last = learning->runs + trained;
+    residual_score score = {0};
+    ad_status status = AD_OK;
     printf("%-14s  %-10.2e  ", name, off);
     if (held > 0) {
-        printf("%-10.2e  ", residual_error(model, learning->h, &learning->observation, held,
-                                           learning->runs + trained));
+        printf("%-10.2e  ",
+               residual_error(&model, learning->h, &learning->observation, held, last));
     } else {
         printf("%-10s  ", "-");
     }
+    if (net) {
+        status = residual_judge(net, learning->h, &learning->observation, held > 0 ? held : trained,
+                                held > 0 ? last : learning->runs, &score, error);
+        printf("%-10.2e  %3.0f %%  %3.0f %%  ", score.deviation, 100 * score.covered[0],
+               100 * score.covered[1]);
+    } else {
+        printf("%-10s  %5s  %5s  ", "-", "-", "-");
+    }
     printf("%.1f\n", 1e6 * each);
+    return status;
 }
 
 static ad_status learn(learning *learning, ad_error *error)
@@ -310,17 +323,17 @@ static ad_status learn(learning *learning, ad_error *error)
                                 learning->run_count, learning->runs, held, &settings, error)
                  : status;
     if (status == AD_OK && !o->run.signal) {
-        const one_step corrected = residual_one_step(learning->net);
         printf("%zu motions, %zu held out, %zu samples of %g s; %d states, %zu numbers; %.1f s\n",
                learning->run_count, held, learning->rows, learning->h, learning->step.states,
                residual_count(learning->net), clock_seconds(CLOCK_MONOTONIC) - start);
         if (learning->lost > 0) {
             printf("%zu samples have no place, and do not count\n", learning->lost);
         }
-        printf("place, rms, m  trained on  held out    us a step\n");
-        print_row(learning, "model", &learning->step, held);
-        print_row(learning, "with network", &corrected, held);
-        status = residual_write(learning->net, o->out, error);
+        printf("place, rms, m  trained on  held out    deviation   1 of it  2 of it  us a step\n");
+        status = print_row(learning, "model", NULL, held, error);
+        status = status == AD_OK ? print_row(learning, "with network", learning->net, held, error)
+                                 : status;
+        status = status == AD_OK ? residual_write(learning->net, o->out, error) : status;
     }
     return status;
 }
@@ -328,7 +341,6 @@ static ad_status learn(learning *learning, ad_error *error)
 static ad_status learn_motions(learning *x, ad_error *error)
 {
     options *o = &x->asked;
-    o->out = o->out ? o->out : "residual.csv";
     if (o->json) {
         return ad_fail(error, AD_BAD_INPUT,
                        "--json: of motions there is none; allowed: scenes at rest that have "
@@ -339,8 +351,7 @@ static ad_status learn_motions(learning *x, ad_error *error)
                        "--measured is missing; give a table of measured motions, or to the scene "
                        "of a rod at rest residual.outputs");
     }
-    ad_status status = table_check_path(o->out, error);
-    status = status == AD_OK ? make_model(x, error) : status;
+    ad_status status = make_model(x, error);
     status = status == AD_OK ? read_table(x, error) : status;
     return status == AD_OK ? learn(x, error) : status;
 }
@@ -348,7 +359,7 @@ static ad_status learn_motions(learning *x, ad_error *error)
 static ad_status learn_rest(options *o, ad_error *error)
 {
     const residual_rest_asked asked = {.scene = o->config,
-                                       .out = o->out ? o->out : "residual.h5",
+                                       .out = o->out,
                                        .overrides = &o->overrides,
                                        .steps = o->steps,
                                        .folds = o->folds,
@@ -358,15 +369,10 @@ static ad_status learn_rest(options *o, ad_error *error)
                                        .seed = (uint64_t)o->seed,
                                        .json = o->json,
                                        .run = &o->run};
-    const size_t length = strlen(asked.out);
     if (o->measured || o->held_out > 0) {
         return ad_fail(error, AD_BAD_INPUT,
                        "--measured, --held-out: the scene has residual.outputs; its measurements "
                        "are its data, some with held_out: true");
-    }
-    if (length < 3 || strcmp(asked.out + length - 3, ".h5") != 0) {
-        return ad_fail(error, AD_BAD_INPUT, "--out %s: allowed: a name that ends in .h5",
-                       asked.out);
     }
     const ad_status status = json_check_path(o->json, error);
     return status == AD_OK ? residual_rest(&asked, error) : status;
@@ -375,9 +381,19 @@ static ad_status learn_rest(options *o, ad_error *error)
 /* Of a scene with residual.outputs what is learned is at rest, else in motion. */
 static ad_status run(learning *x, ad_error *error)
 {
+    options *o = &x->asked;
     config *settings = NULL;
-    ad_status status = config_read(x->asked.config, NULL, x->asked.overrides.count,
-                                   x->asked.overrides.texts, &settings, error);
+    o->out = o->out ? o->out : "residual.h5";
+    const size_t length = strlen(o->out);
+    if (length < 3 || strcmp(o->out + length - 3, ".h5") != 0) {
+        return ad_fail(error, AD_BAD_INPUT, "--out %s: allowed: a name that ends in .h5", o->out);
+    }
+    ad_status status = table_check_path(o->out, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    status = config_read(x->asked.config, NULL, x->asked.overrides.count, x->asked.overrides.texts,
+                         &settings, error);
     const bool rests = status == AD_OK && residual_rest_is_meant(settings);
     config_free(settings);
     return status != AD_OK ? status

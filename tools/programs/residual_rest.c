@@ -230,7 +230,7 @@ static ad_status leave_out(const resting *x, ad_error *error)
 
 static ad_status save(const resting *x, ad_error *error)
 {
-    learned_file file = {.net = *learned_rest_net(x->rest)};
+    learned_file file = {.net = *learned_rest_net(x->rest), .anew = NAN};
     const scene *open = &x->open->scene;
     const int unknowns = open->unknown_count - x->outputs;
     file.inputs.count = x->inputs;

@@ -58,6 +58,11 @@ ad_status learned_file_write(const learned_file *file, const char *path, ad_erro
     checkpoint_put_doubles(to, "residual/theta", file->theta, 1, &theta);
     checkpoint_put_doubles(to, "residual/covariance", file->covariance, 2, square);
     checkpoint_put_doubles(to, "residual/noise", &file->noise, 1, &(size_t){1});
+    if (file->seen_count > 0) {
+        const size_t seen[] = {file->seen_count, outputs};
+        checkpoint_put_doubles(to, "residual/anew", &file->anew, 1, &(size_t){1});
+        checkpoint_put_doubles(to, "residual/seen", file->seen, 2, seen);
+    }
     const file_place place = {.path = path};
     const ad_status status = checkpoint_write(to, &place, error);
     checkpoint_free(to);
@@ -83,7 +88,7 @@ static ad_status get_names(const checkpoint *from, learned_file *file, ad_error 
 {
     static const char *const items[] = {"residual/inputs", "residual/outputs", "residual/unknowns"};
     learned_names *names[] = {&file->inputs, &file->outputs, &file->unknowns};
-    const int most[] = {LEARNED_INPUTS_MAX, LEARNED_OUTPUTS_MAX, LEARNED_COMMON_MAX};
+    const int most[] = {LEARNED_WIDTH_MAX, LEARNED_WIDTH_MAX, LEARNED_COMMON_MAX};
     const char *text[3];
     size_t size = 0;
     for (int i = 0; i < 3; i++) {
@@ -131,6 +136,34 @@ static ad_status get_shape(const checkpoint *from, learned_file *file, ad_error 
                : ad_fail(error, AD_BAD_INPUT, "has no inputs or no outputs");
 }
 
+/* A number; of files before it was written NaN. */
+static ad_status get_if_there(const checkpoint *from, const char *item, double *to, ad_error *error)
+{
+    int rank;
+    size_t shape[CHECKPOINT_MAX_RANK] = {0};
+    *to = NAN;
+    return checkpoint_shape(from, item, &rank, shape)
+               ? checkpoint_get_doubles(from, item, to, 1, error)
+               : AD_OK;
+}
+
+/* What a residual in motion has beside one at rest. */
+static ad_status get_motion(const checkpoint *from, learned_file *file, ad_error *error)
+{
+    int rank;
+    size_t shape[CHECKPOINT_MAX_RANK] = {0};
+    ad_status status = get_if_there(from, "residual/anew", &file->anew, error);
+    if (status != AD_OK || !checkpoint_shape(from, "residual/seen", &rank, shape)) {
+        return status;
+    }
+    const size_t outputs = (size_t)file->net.outputs;
+    file->seen_count = shape[0];
+    AD_TAKE(file, seen, shape[0] * outputs);
+    return file->seen ? checkpoint_get_doubles(from, "residual/seen", file->seen,
+                                               shape[0] * outputs, error)
+                      : ad_fail(error, AD_NO_MEMORY, "out of memory for a residual");
+}
+
 static ad_status get_numbers(const checkpoint *from, learned_file *file, ad_error *error)
 {
     const size_t n = count_of(file), theta = learned_net_count(&file->net);
@@ -149,12 +182,8 @@ static ad_status get_numbers(const checkpoint *from, learned_file *file, ad_erro
                {"residual/values", file->value, (size_t)file->unknowns.count},
                {"residual/theta", file->theta, theta},
                {"residual/covariance", file->covariance, n * n}};
-    int rank;
-    size_t shape[CHECKPOINT_MAX_RANK] = {0};
-    file->noise = NAN; /* of files before it was written */
-    ad_status status = checkpoint_shape(from, "residual/noise", &rank, shape)
-                           ? checkpoint_get_doubles(from, "residual/noise", &file->noise, 1, error)
-                           : AD_OK;
+    ad_status status = get_if_there(from, "residual/noise", &file->noise, error);
+    status = status == AD_OK ? get_motion(from, file, error) : status;
     for (size_t i = 0; i < sizeof all / sizeof *all && status == AD_OK; i++) {
         status = checkpoint_get_doubles(from, all[i].item, all[i].to, all[i].count, error);
     }

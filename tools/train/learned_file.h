@@ -1,5 +1,5 @@
-/* What was learned of a rod at rest, as a file: the network with the names of its outputs and the
- * formulas of its inputs, the unknowns that were found with it, and how well all are known. */
+/* What was learned of a rod, as a file: the network with the names of its outputs and its inputs,
+ * at rest formulas, the unknowns that were found with it, and how well all are known. */
 #ifndef TOOLS_TRAIN_LEARNED_FILE_H
 #define TOOLS_TRAIN_LEARNED_FILE_H
 
@@ -10,7 +10,7 @@ enum { LEARNED_COMMON_MAX = 48 };
 
 typedef struct learned_names {
     int count;
-    const char *name[LEARNED_OUTPUTS_MAX];
+    const char *name[LEARNED_WIDTH_MAX];
 } learned_names;
 
 typedef struct learned_file {
@@ -21,7 +21,11 @@ typedef struct learned_file {
     double *covariance; /* [n][n] of the unknowns, as log(z/(1 - z)) of the part z of a range, and
                          * theta */
     double noise;       /* of a measured number beside it, in its unit; NaN: not known */
-    char *texts;        /* of the names */
+    /* Of a motion: how values are seen by the state [seen_count][outputs], and which part of what
+     * is not known comes anew in a second; at rest 0, NaN. */
+    size_t seen_count;
+    double *seen, anew;
+    char *texts; /* of the names */
     ad_memory memory;
 } learned_file;
 
