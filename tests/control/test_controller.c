@@ -145,19 +145,20 @@ static void test_linear(void **state)
     const int inputs[M] = {1, 0};
     const double others[M] = {0}, lower[M] = {-50, -50}, upper[M] = {150, 50};
     const double weight[V] = {2, 0.5}, effort[M] = {30, 20}, rest[M] = {0};
-    const controller_settings settings = {.model = {&x, N, M, 1, 0, linear_advance, NULL},
-                                          .observation = {&x, N, M, V, linear_see},
-                                          .horizon = 12,
-                                          .iterations = 2,
-                                          .controlled = M,
-                                          .inputs = inputs,
-                                          .others = others,
-                                          .lower = lower,
-                                          .upper = upper,
-                                          .rest = rest,
-                                          .weight = weight,
-                                          .effort = effort,
-                                          .terminal = 5};
+    const controller_settings settings = {
+        .model = {.context = &x, .states = N, .inputs = M, .step = 1, .advance = linear_advance},
+        .observation = {&x, N, M, V, linear_see},
+        .horizon = 12,
+        .iterations = 2,
+        .controlled = M,
+        .inputs = inputs,
+        .others = others,
+        .lower = lower,
+        .upper = upper,
+        .rest = rest,
+        .weight = weight,
+        .effort = effort,
+        .terminal = 5};
     controller *c = make_controller(&settings);
     const double r[M] = {effort[1] / 1e4, effort[0] / 4e4}; /* in the model's order, by span^2 */
     double now[N] = {1, -2, 0.5, 3, -1}, reference[12 * V] = {0}, u[M], next[N];
@@ -190,17 +191,18 @@ static void test_rate(void **state)
     const int inputs[M] = {0, 1};
     const double others[M] = {0}, lower[M] = {-50, -50}, upper[M] = {50, 50}, rate[M] = {0.3, 0.2};
     const double weight[V] = {2, 0.5}, last[M] = {1, -2}, now[N] = {0};
-    const controller_settings settings = {.model = {&x, N, M, 1, 0, linear_advance, NULL},
-                                          .observation = {&x, N, M, V, linear_see},
-                                          .horizon = 4,
-                                          .iterations = 2,
-                                          .controlled = M,
-                                          .inputs = inputs,
-                                          .others = others,
-                                          .lower = lower,
-                                          .upper = upper,
-                                          .rate = rate,
-                                          .weight = weight};
+    const controller_settings settings = {
+        .model = {.context = &x, .states = N, .inputs = M, .step = 1, .advance = linear_advance},
+        .observation = {&x, N, M, V, linear_see},
+        .horizon = 4,
+        .iterations = 2,
+        .controlled = M,
+        .inputs = inputs,
+        .others = others,
+        .lower = lower,
+        .upper = upper,
+        .rate = rate,
+        .weight = weight};
     controller *c = make_controller(&settings);
     double reference[4 * V], u[M];
     const controller_sample sample = {.state = now, .reference = reference};

@@ -121,21 +121,25 @@ static const double the_effort[1] = {0.01};
 static inline controller_settings pendulum_settings(void)
 {
     memset(&the_pendulum, 0, sizeof the_pendulum);
-    return (controller_settings){
-        .model = {&the_pendulum, 2, 2, 0.05, 0, pendulum_advance, pendulum_outside},
-        .observation = {NULL, 2, 2, 1, pendulum_see},
-        .horizon = HORIZON,
-        .moves = 15,
-        .delay = 1,
-        .controlled = 1,
-        .inputs = the_input,
-        .others = the_others,
-        .lower = the_lower,
-        .upper = the_upper,
-        .rate = the_rate,
-        .weight = the_weight,
-        .smooth = the_smooth,
-        .effort = the_effort};
+    return (controller_settings){.model = {.context = &the_pendulum,
+                                           .states = 2,
+                                           .inputs = 2,
+                                           .step = 0.05,
+                                           .advance = pendulum_advance,
+                                           .outside = pendulum_outside},
+                                 .observation = {NULL, 2, 2, 1, pendulum_see},
+                                 .horizon = HORIZON,
+                                 .moves = 15,
+                                 .delay = 1,
+                                 .controlled = 1,
+                                 .inputs = the_input,
+                                 .others = the_others,
+                                 .lower = the_lower,
+                                 .upper = the_upper,
+                                 .rate = the_rate,
+                                 .weight = the_weight,
+                                 .smooth = the_smooth,
+                                 .effort = the_effort};
 }
 
 static inline controller *make_controller(const controller_settings *settings)
