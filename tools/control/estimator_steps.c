@@ -146,10 +146,10 @@ static bool doubt(estimator *estimator, const double *d)
             by[r * states + c] = turned[c * stride + r];
         }
     }
-    return estimator_is_usable((size_t)(states * states), by) &&
+    return estimator_is_usable((size_t)states * (size_t)states, by) &&
            model->doubt(model->context, estimator->settings.period, estimator->states_at,
                         estimator->inputs_at, by, estimator->u + n * stride, unknown) == 0 &&
-           estimator_is_usable((size_t)(states * states), unknown);
+           estimator_is_usable((size_t)states * (size_t)states, unknown);
 }
 
 /* The root, an upper triangle noise [n][n], of what the model leaves out of a step: by `process`

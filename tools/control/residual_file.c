@@ -63,7 +63,7 @@ static bool fits(const learned_file *file, const one_step *of, const scene_param
                 are_finite((size_t)n, net->size);
     seen_names names;
     if (same) {
-        name_all((size_t)n, (size_t)(n + m), &names);
+        name_all((size_t)n, (size_t)n + (size_t)m, &names);
     }
     for (int i = 0; same && i < n + m; i++) {
         same = strcmp(file->inputs.name[i], names.text[i]) == 0 && net->half[i] > 0 &&
