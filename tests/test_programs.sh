@@ -380,6 +380,7 @@ refused 'is no residual of a model of [0-9]* states and [0-9]* inputs of these r
 cut -d, -f1,11-13 loop.csv >unseen.csv
 awk -F, -v OFS=, 'NR == 9 { $1 += 0.001 } 1' loop.csv >uneven.csv
 refused 'measured is missing' cpinn-residual "$arm"
+refused '--folds.*: of motions there are none' cpinn-residual "$arm" --measured loop.csv --folds 3
 rest=$ROOT/configs/identify/residual.yaml
 run 0 cpinn-residual "$rest" --set residual.hidden=[4] --folds 3 --out rest.h5 --leave-out 20 --choices 1
 said stdout.txt '^40 poses fitted, 120 rows; 60 rows held out; 4 outputs of 2 inputs, 32 numbers'
@@ -400,6 +401,7 @@ run 3 cpinn-solve "$rest" --set residual.file="$PWD/rest.h5" --set 'parameters.p
 said stdout.txt '^warning .outside_data.: 1 input of the learned residual is beyond what it was trained on: pull is 5'
 refused 'residual.outputs: has .q., but no formula of the scene uses it' cpinn-solve "$rest" \
     --at pull=1,load=0,modulus=1e6 --set 'residual.outputs={q: 1, m0: 1, m1: 1, n0: 1, n1: 1}'
+refused '--units.*its network has residual.hidden' cpinn-residual "$rest" --units 4
 refused 'residual.outputs: says .m0: -1.; allowed: how large it may be, a number > 0' cpinn-residual \
     "$rest" --set 'residual.outputs={m0: -1, m1: 1, n0: 1, n1: 1}'
 refused 'residual.inputs\[0\]: column 1 of .pulll.: unknown name' cpinn-residual "$rest" \

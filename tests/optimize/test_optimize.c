@@ -620,7 +620,7 @@ static void gradients_are_those_of_equilibria(void **state)
                 slope += weight[j] * o->value / (12 * step);
             }
             x[k] = kept;
-            assert_near(gradient[k], slope, 1e-7 * (1 + fabs(slope)));
+            assert_near(gradient[k], slope, 1e-8 * (1 + fabs(slope)));
         }
         cpinn_family_free(members);
         optimize_free(o);

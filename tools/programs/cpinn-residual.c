@@ -341,11 +341,13 @@ static ad_status learn(learning *learning, ad_error *error)
 static ad_status learn_motions(learning *x, ad_error *error)
 {
     options *o = &x->asked;
-    if (o->json) {
+    if (o->json || o->folds > 0 || o->left_out > 0 || o->choices > 0 || o->threads > 0) {
         return ad_fail(error, AD_BAD_INPUT,
-                       "--json: of motions there is none; allowed: scenes at rest that have "
-                       "residual.outputs");
+                       "--json, --folds, --leave-out, --choices, --threads: of motions there are "
+                       "none; allowed: scenes at rest that have residual.outputs");
     }
+    o->units = o->units > 0 ? o->units : 8;
+    o->noise = o->noise > 0 ? o->noise : 1e-3;
     if (!o->measured) {
         return ad_fail(error, AD_BAD_INPUT,
                        "--measured is missing; give a table of measured motions, or to the scene "
@@ -362,17 +364,18 @@ static ad_status learn_rest(options *o, ad_error *error)
                                        .out = o->out,
                                        .overrides = &o->overrides,
                                        .steps = o->steps,
-                                       .folds = o->folds,
+                                       .folds = o->folds > 0 ? o->folds : 5,
                                        .left_out = o->left_out,
-                                       .choices = o->choices,
+                                       .choices = o->choices > 0 ? o->choices : 1000,
                                        .threads = o->threads,
                                        .seed = (uint64_t)o->seed,
                                        .json = o->json,
                                        .run = &o->run};
-    if (o->measured || o->held_out > 0) {
+    if (o->measured || o->held_out > 0 || o->units > 0 || o->noise > 0) {
         return ad_fail(error, AD_BAD_INPUT,
-                       "--measured, --held-out: the scene has residual.outputs; its measurements "
-                       "are its data, some with held_out: true");
+                       "--measured, --held-out, --units, --noise: the scene has residual.outputs; "
+                       "its measurements are its data, some with held_out: true, and its network "
+                       "has residual.hidden");
     }
     const ad_status status = json_check_path(o->json, error);
     return status == AD_OK ? residual_rest(&asked, error) : status;
@@ -405,12 +408,7 @@ int main(int argc, char **argv)
 {
     static learning x;
     options *o = &x.asked;
-    *o = (options){.run.program = program,
-                   .units = 8,
-                   .steps = 40,
-                   .noise = 1e-3,
-                   .folds = 5,
-                   .choices = 1000};
+    *o = (options){.run.program = program, .steps = 40}; /* 0: not given */
     const cli_option rows[] = {{"--measured", "TABLE", CLI_TEXT, &o->measured, 0, 0},
                                {"--out", "FILE", CLI_TEXT, &o->out, 0, 0},
                                CLI_SET(&o->overrides),
