@@ -3,7 +3,6 @@
  * what happens without a compiler. */
 #include "tools/library/trained_family.h"
 
-#include "fewer.h"
 #include "nn/rng.h"
 #include "temporary_folder.h"
 
@@ -559,12 +558,12 @@ int main(void)
     if (system("cc --version >/dev/null 2>&1") != 0) {
         return 77;
     }
-    const struct CMUnitTest tests[] = {cmocka_unit_test_setup(test_pulled, as_users),
+    const struct CMUnitTest tests[] = {cmocka_unit_test_setup(test_loaded, quickly),
+                                       cmocka_unit_test_setup(test_pulled, as_users),
                                        cmocka_unit_test_setup(test_columns, quickly),
+                                       cmocka_unit_test_setup(test_followers, as_users),
                                        cmocka_unit_test_setup(test_forces, quickly),
                                        cmocka_unit_test_setup(test_members_of_library, quickly),
                                        cmocka_unit_test_setup(test_without_compiler, as_users)};
-    const struct CMUnitTest alike[] = {cmocka_unit_test_setup(test_followers, as_users),
-                                       cmocka_unit_test_setup(test_loaded, quickly)};
-    return run_with_alike(tests, alike, set_up, clear);
+    return cmocka_run_group_tests(tests, set_up, clear);
 }
