@@ -44,6 +44,21 @@ static void take_back(const char *text)
     }
 }
 
+/* Somebody may have loaded the same library before, such as the numpy or the MUMPS of Debian, with
+ * threads of its own: products of some microseconds then wait for these, for milliseconds where
+ * others use the processors, and differ in last digits with their number. */
+static void set_one_thread(void *library)
+{
+    void *function = library && !getenv("OPENBLAS_NUM_THREADS")
+                         ? dlsym(library, "openblas_set_num_threads")
+                         : NULL;
+    void (*set)(int) = NULL;
+    memcpy(&set, &function, sizeof function);
+    if (set) {
+        set(1);
+    }
+}
+
 /* For as long as it is loaded, the process has an environment with these variables, unless they are
  * set. It is another array, and the own one is back afterwards: other threads that look at it see
  * one or the other. So it is not freed. Where another thread has changed it meanwhile, the change
@@ -117,6 +132,7 @@ static void load(void)
         }
         memcpy(wanted[i].to, &function, sizeof function);
     }
+    set_one_thread(library);
     void *core = dlsym(library, "openblas_get_corename");
     char *(*corename)(void) = NULL;
     memcpy(&corename, &core, sizeof core);

@@ -9,6 +9,7 @@
 #include "autodiff/host.h"
 #include "cpinn.h"
 
+#include <dlfcn.h>
 #include <fenv.h>
 #include <stdio.h>
 #include <string.h>
@@ -104,6 +105,23 @@ static void test_environment(void **state)
     }
     int ended;
     assert_int_equal(waitpid(child, &ended, 0), child);
+    assert_int_equal(ended, 0);
+    const pid_t other_child = fork();
+    if (other_child == 0) { /* of a host that has loaded the same library, with two threads */
+        void *loaded = dlopen("libopenblas.so.0", RTLD_NOW | RTLD_LOCAL), *function[2];
+        void (*set)(int);
+        int (*get)(void);
+        function[0] = loaded ? dlsym(loaded, "openblas_set_num_threads") : NULL;
+        function[1] = loaded ? dlsym(loaded, "openblas_get_num_threads") : NULL;
+        memcpy(&set, &function[0], sizeof set);
+        memcpy(&get, &function[1], sizeof get);
+        if (set && get) {
+            set(2);
+            _exit(get() == 2 && *ad_dense_kernels() && get() == 1 ? 0 : 1);
+        }
+        _exit(0);
+    }
+    assert_int_equal(waitpid(other_child, &ended, 0), other_child);
     assert_int_equal(ended, 0);
     assert_true(*ad_dense_kernels());
     assert_int_equal(count_threads(), 1); /* OPENBLAS_NUM_THREADS=1 was seen */

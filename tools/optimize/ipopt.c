@@ -1,4 +1,5 @@
 /* IPOPT by its C interface. */
+#include "autodiff/dense.h"
 #include "tools/optimize/descent.h"
 #include "tools/optimize/optimize.h"
 
@@ -142,6 +143,7 @@ ad_status optimize_descent(const descent *of, int *steps, bool *converged, ad_er
     for (size_t i = 0; i < 2 * n + 2 * m; i++) { /* its infinity */
         limits[i] = fmax(-2e19, fmin(2e19, limits[i]));
     }
+    ad_dense_kernels(); /* MUMPS has the same OpenBLAS, which gets one thread so */
     IpoptProblem problem = CreateIpoptProblem((Index)n, limits, limits + n, (Index)m, row_low,
                                               row_high, (Index)of->nonzeros, 0, 0, value_at,
                                               rows_at, gradient_at, rows_by_x, second_at);
