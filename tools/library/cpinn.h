@@ -244,9 +244,9 @@ typedef struct cpinn_family_settings {
     const double *t; /* [points] s, of a family in motion; else it may be NULL */
     bool compile;    /* of a network in the strain form, and without a network: C answers members
                       * within the ranges, in calls of up to CPINN_FEW. The command cc compiles it
-                      * once, in some seconds. It is kept below $XDG_CACHE_HOME or $HOME/.cache.
-                      * Answers are three to five times as quick, solved ones more than twice;
-                      * values differ by less than the error that is told */
+                      * once, in 5 s for 21 points and 40 for 101. It is kept below $XDG_CACHE_HOME
+                      * or $HOME/.cache. Answers are three to five times as quick, solved ones more
+                      * than twice; values differ by less than the error that is told */
     const ad_ranks *ranks; /* borrowed; among which members are dealt: all of them call the same
                             * functions; NULL: this process is by itself */
     bool forces;           /* where the solver of members takes the scene, n1 to m3 are columns,
@@ -286,7 +286,7 @@ const char *cpinn_family_column_name(const cpinn_family *family, int column);
 const char *cpinn_family_without_error(const cpinn_family *family);
 
 /* "", or why nothing is compiled, where settings.compile asks for it. There is no compiler, or no
- * folder for what it makes. Or the network is another, there are more than 60 points, or the scene
+ * folder for what it makes. Or the network is another, there are more than 101 points, or the scene
  * is left to the solver. Answers are those without it. */
 const char *cpinn_family_not_compiled(const cpinn_family *family);
 

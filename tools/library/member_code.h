@@ -9,7 +9,7 @@
 typedef struct member_code member_code;
 
 /* Their text, and what it takes to compile it, grow with the places of the shape. */
-enum { MEMBER_CODE_POINTS_MAX = 60 };
+enum { MEMBER_CODE_POINTS_MAX = 101 };
 
 /* Shapes at s [points], m, of a run that outlives it: SOLVE_MEMBERS_COLUMNS of its columns, or with
  * `forces` solve_members_carried more. Waits for the compiler where nothing is kept.
