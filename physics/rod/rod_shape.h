@@ -2,6 +2,7 @@
 #ifndef PHYSICS_ROD_ROD_SHAPE_H
 #define PHYSICS_ROD_ROD_SHAPE_H
 
+#include "physics/numerics/vector.h"
 #include "physics/rod/rod_internal.h"
 
 #include <math.h>
@@ -43,13 +44,14 @@ static inline shape_vector shape_add3(shape_vector a, shape_vector b, shape_vect
 
 static inline double shape_dot(shape_vector a, shape_vector b)
 {
-    return a.x[0] * b.x[0] + a.x[1] * b.x[1] + a.x[2] * b.x[2];
+    return vector_dot(a.x, b.x);
 }
 
 static inline shape_vector shape_cross(shape_vector a, shape_vector b)
 {
-    return (shape_vector){{a.x[1] * b.x[2] - a.x[2] * b.x[1], a.x[2] * b.x[0] - a.x[0] * b.x[2],
-                           a.x[0] * b.x[1] - a.x[1] * b.x[0]}};
+    shape_vector cross;
+    vector_cross(a.x, b.x, cross.x);
+    return cross;
 }
 
 /* c_k(a) = sum_i (-a)^i / (2i+k)!; a is small here, 10 terms reach rounding for a <= 1. */

@@ -81,8 +81,7 @@ static bool depends(const rod_context *rod, int count, const quantity *given)
 static bool counts(const rod_context *rod)
 {
     const scene *given = rod->scene;
-    return rod->dynamic || given->spring_count > 0 ||
-           quantity_any_something(3, given->loads.foundation) ||
+    return rod->dynamic || scene_measures_from_rest(given) ||
            given->start.rotation_vector[0].is_given || given->end.rotation_vector[0].is_given;
 }
 

@@ -1,6 +1,7 @@
 /* A residual as a file of a learned network, whose outputs are rates of states. */
 #include "tools/control/residual_internal.h"
 
+#include "physics/numerics/vector_size.h"
 #include "tools/train/learned_file.h"
 
 #include <math.h>
@@ -40,15 +41,6 @@ ad_status residual_write(const residual *residual, const char *path, ad_error *e
     return learned_file_write(&file, path, error);
 }
 
-static bool are_finite(size_t count, const double *x)
-{
-    bool finite = true;
-    for (size_t i = 0; i < count; i++) {
-        finite = finite && isfinite(x[i]);
-    }
-    return finite;
-}
-
 /* Whether it sees these states, and inputs of these ranges. */
 static bool fits(const learned_file *file, const one_step *of, const scene_parameter *ranges)
 {
@@ -58,9 +50,10 @@ static bool fits(const learned_file *file, const one_step *of, const scene_param
     bool same = net->outputs == n && net->inputs == n + m && net->hidden_count == 1 &&
                 file->unknowns.count == 0 && file->seen_count > 0 && file->seen_count <= count &&
                 file->anew > 0 && isfinite(file->anew) && file->noise >= 0 &&
-                are_finite(file->seen_count * (size_t)n, file->seen) &&
-                are_finite(count, file->theta) && are_finite(count * count, file->covariance) &&
-                are_finite((size_t)n, net->size);
+                vector_is_finite(file->seen_count * (size_t)n, file->seen) &&
+                vector_is_finite(count, file->theta) &&
+                vector_is_finite(count * count, file->covariance) &&
+                vector_is_finite((size_t)n, net->size);
     seen_names names;
     if (same) {
         name_all((size_t)n, (size_t)n + (size_t)m, &names);
