@@ -188,6 +188,23 @@ static double roll(fitting *fit, const residual_run *run, bool derive, size_t *s
     return isfinite(sum) ? sum : INFINITY;
 }
 
+/* Of every so manieth run from `first` to before `end`. */
+static double roll_runs(fitting *fit, size_t first, size_t end, size_t every, bool derive,
+                        size_t *samples)
+{
+    double sum = 0;
+    for (size_t i = first; i < end && isfinite(sum); i += every) {
+        sum += roll(fit, &fit->run[i], derive, samples);
+    }
+    return sum;
+}
+
+/* Of those that are trained on. */
+static double roll_trained(fitting *fit, bool derive, size_t *samples)
+{
+    return roll_runs(fit, 0, fit->runs - fit->held_out, 1, derive, samples);
+}
+
 double residual_error(const one_step *model, double h, const one_observation *observation,
                       size_t runs, const residual_run *run)
 {
@@ -196,29 +213,16 @@ double residual_error(const one_step *model, double h, const one_observation *ob
                  .h = h,
                  .noise = 1,
                  .observation = observation,
+                 .run = run,
                  .values = (size_t)observation->values};
     size_t samples = 0;
-    double sum = 0;
     x.room = malloc(room_for(n, (size_t)model->inputs, x.values, 0) * sizeof *x.room);
-    for (size_t i = 0; i < runs && x.room; i++) {
-        sum += roll(&x, &run[i], false, &samples);
-    }
+    const double sum = x.room ? roll_runs(&x, 0, runs, 1, false, &samples) : INFINITY;
     free(x.room);
-    return x.room ? sqrt(sum / (double)samples) : INFINITY;
+    return sqrt(sum / (double)samples);
 }
 
 /* ---- Levenberg-Marquardt ------------------------------------------------------------------- */
-
-/* Over the runs from `first` to before `end`. */
-static double sum_over(fitting *fit, size_t first, size_t end, bool derive)
-{
-    size_t samples = 0;
-    double sum = 0;
-    for (size_t i = first; i < end && isfinite(sum); i++) {
-        sum += roll(fit, &fit->run[i], derive, &samples);
-    }
-    return sum;
-}
 
 /* And what the numbers of the network cost, whose squares keep them small. */
 static double add_numbers(const fitting *fit)
@@ -234,8 +238,9 @@ static int sum(void *context, const double *p, double *value, least_squares *to)
 {
     fitting *fit = context;
     const size_t n = fit->count;
+    size_t samples = 0;
     memcpy(fit->of->theta, p, n * sizeof *p);
-    *value = sum_over(fit, 0, fit->runs - fit->held_out, to != NULL) + add_numbers(fit);
+    *value = roll_trained(fit, to != NULL, &samples) + add_numbers(fit);
     for (size_t i = 0; to && i < n; i++) {
         to->jtj[i * n + i] += 1;
         to->jtr[i] += p[i];
@@ -251,7 +256,9 @@ static void look_back(fitting *fit, const double *p, int64_t step)
 {
     memcpy(fit->of->theta, p, fit->count * sizeof *p);
     const size_t trained = fit->runs - fit->held_out;
-    const double off = fit->held_out > 0 ? sum_over(fit, trained, fit->runs, false) : -(double)step;
+    size_t samples = 0;
+    const double off =
+        fit->held_out > 0 ? roll_runs(fit, trained, fit->runs, 1, false, &samples) : -(double)step;
     fit->ls.fit.held_out = fit->held_out > 0 ? off * (double)trained / (double)fit->held_out : NAN;
     if (off < fit->lowest) {
         fit->lowest = off;
@@ -317,15 +324,13 @@ static ad_status find_sizes(fitting *fit)
 {
     residual *net = fit->of;
     size_t samples = 0;
-    double sum = 0, change = 0;
+    double change = 0;
     memcpy(net->net.size, net->net.half, net->states * sizeof *net->net.size);
     learned_net_draw(&net->net, fit->seed, net->theta);
     forget(fit);
     memset(net->sight, 0, fit->values * net->states * sizeof *net->sight);
     fit->looks = true;
-    for (size_t i = 0; i < fit->runs - fit->held_out; i++) {
-        sum += roll(fit, &fit->run[i], true, &samples);
-    }
+    const double sum = roll_trained(fit, true, &samples);
     fit->looks = false;
     if (!residual_turn(net)) {
         return AD_BAD_INPUT;
@@ -344,12 +349,9 @@ static ad_status find_sizes(fitting *fit)
  * correlation p from one to the next (1 + p)/(1 - p) (Bartlett 1946). */
 static double find_left(fitting *fit, size_t *samples, double *in_turn)
 {
-    double sum = 0;
     fit->products = 0;
     fit->last = fit->of->by_theta; /* as many as there are numbers, at least */
-    for (size_t i = 0; i < fit->runs - fit->held_out; i++) {
-        sum += roll(fit, &fit->run[i], false, samples);
-    }
+    const double sum = roll_trained(fit, false, samples);
     fit->last = NULL;
     const double p = sum > 0 ? fmin(fmax(0, fit->products / sum), 0.99) : 0;
     *in_turn = (1 + p) / (1 - p);
@@ -366,15 +368,6 @@ static ad_status invert(fitting *fit, double left, ad_error *error)
         fit->ls.jtj[i * (fit->count + 1)] += 1;
     }
     return least_squares_inverse(&fit->ls, fit->of->covariance, error);
-}
-
-static double roll_fold(fitting *fit, size_t fold, size_t folds, size_t *samples)
-{
-    double sum = 0;
-    for (size_t i = fold; i < fit->runs - fit->held_out; i += folds) {
-        sum += roll(fit, &fit->run[i], true, samples);
-    }
-    return sum;
 }
 
 /* By how much variances have to be larger for squares of what is missed to be 1 over them and the
@@ -407,7 +400,7 @@ static ad_status calibrate(fitting *fit, double noise, double left, const double
     for (size_t fold = 0; fold < folds && folds > 1 && status == AD_OK; fold++) {
         fit->take = add_row;
         forget(fit);
-        roll_fold(fit, fold, folds, &again);
+        roll_runs(fit, fold, trained, folds, true, &again);
         for (size_t i = 0; i < count * count; i++) {
             fit->ls.jtj[i] = whole[i] - fit->ls.jtj[i];
         }
@@ -419,15 +412,13 @@ static ad_status calibrate(fitting *fit, double noise, double left, const double
             }
         }
         fit->take = add_variance;
-        roll_fold(fit, fold, folds, &samples);
+        roll_runs(fit, fold, trained, folds, true, &samples);
     }
     fit->shift = NULL;
     memcpy(fit->ls.jtj, whole, count * count * sizeof *whole);
     status = status == AD_OK ? invert(fit, left, error) : status;
     fit->take = add_variance;
-    for (size_t i = trained; i < fit->runs; i++) {
-        roll(fit, &fit->run[i], true, &samples);
-    }
+    roll_runs(fit, trained, fit->runs, 1, true, &samples);
     const double factor = fit->pair > 0 ? factor_of(fit->pair, fit->pairs, noise) : 1;
     for (size_t i = 0; i < count * count; i++) {
         fit->of->covariance[i] *= factor;
@@ -452,7 +443,7 @@ static ad_status find_posterior(fitting *fit, ad_error *error)
     }
     double noise = find_left(fit, &samples, &in_turn);
     forget(fit);
-    const double sum = roll_fold(fit, 0, 1, &again);
+    const double sum = roll_trained(fit, true, &again);
     memcpy(room, fit->ls.jtj, count * count * sizeof *room);
     ad_status status =
         isfinite(sum) && noise > 0 ? invert(fit, noise * in_turn, error) : no_answer(error);
@@ -469,7 +460,7 @@ static ad_status find_posterior(fitting *fit, ad_error *error)
     net->noise = sqrt(noise) * fit->noise;
     net->anew = 1 / fit->h;
     fit->spread = room + count * count + count;
-    roll_fold(fit, 0, 1, &again);
+    roll_trained(fit, true, &again);
     net->anew *= fit->sums[1] > 0 ? fit->sums[0] / fit->sums[1] : 1;
     free(room);
     return status == AD_OK && !(net->anew > 0 && isfinite(net->anew)) ? no_answer(error) : status;
@@ -488,17 +479,15 @@ ad_status residual_judge(residual *net, double h, const one_observation *observa
                  .h = h,
                  .noise = 1,
                  .observation = observation,
+                 .run = run,
                  .values = (size_t)observation->values,
                  .count = net->count,
                  .take = add_variance,
                  .score = score};
     size_t samples = 0;
-    double sum = 0;
     *score = (residual_score){.rms = 0};
     x.room = room_of(net, x.values);
-    for (size_t i = 0; i < runs && x.room; i++) {
-        sum += roll(&x, &run[i], true, &samples);
-    }
+    const double sum = x.room ? roll_runs(&x, 0, runs, 1, true, &samples) : 0;
     const double count = (double)samples;
     *score = (residual_score){sqrt(score->rms / count),
                               sqrt(score->deviation / count),
