@@ -197,6 +197,18 @@ static int gather(const pass_plan *plan, int at, bool *seen, int *ids)
     return count;
 }
 
+/* Are some second arguments columns side by side, so that one product serves them? */
+static bool has_columns(const pass_plan *plan, int count, const int *ids)
+{
+    bool found = false;
+    for (int i = 1; i < count; i++) {
+        const int a = ad_plan_argument(plan, ids[i - 1], 1), b = ad_plan_argument(plan, ids[i], 1);
+        found = found || (plan->panel[a] >= 0 && plan->panel[a] == plan->panel[b] &&
+                          plan->column[b] == plan->column[a] + 1);
+    }
+    return found;
+}
+
 /* Products see their second argument and themselves as panels; sums their two arguments. */
 static void panels_of(pass_plan *plan, int op, bool *seen)
 {
@@ -216,7 +228,7 @@ static void panels_of(pass_plan *plan, int op, bool *seen)
         }
         make_panel(plan, count, values);
         sort_by_column(plan, count, ids, 1);
-        if (op != OP_OUTER_SUM) {
+        if (op != OP_OUTER_SUM && has_columns(plan, count, ids)) {
             make_panel(plan, count, ids);
         }
     }

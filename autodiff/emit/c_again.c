@@ -52,10 +52,10 @@ static fetched *find(const search *s, place p)
     return NULL;
 }
 
-/* Operands of sin and cos of numbers are looked at before the loop, so they stay in memory. */
+/* Operands whose reach is looked at before the loop stay in memory. */
 static bool stays(const search *s, int op)
 {
-    return !s->w->vectors && op_is_sine(op);
+    return !s->w->vectors && has_reach(op);
 }
 
 /* Can it be made again, from blocks that are fetched and are what they were? Those stay. */

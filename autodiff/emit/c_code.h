@@ -37,13 +37,18 @@ typedef struct c_held {
     int variable;
 } c_held;
 
-/* sin and cos of numbers: whichever serves the argument, which costs a branch; our own, for
- * arguments up to AD_SINE_MOST; libm's. */
-typedef enum c_sine { SINE_ANY, SINE_NEAR, SINE_FAR } c_sine;
+/* Functions of numbers with a reach, sin, cos and those of Stumpff: whichever serves the argument,
+ * which costs a branch; those for arguments within reach, without one; those for all. */
+typedef enum c_reach { REACH_ANY, REACH_NEAR, REACH_FAR } c_reach;
 
 static inline bool op_is_sine(int op)
 {
     return op == OP_SIN || op == OP_COS;
+}
+
+static inline bool has_reach(int op)
+{
+    return op_is_sine(op) || op == OP_STUMPFF;
 }
 
 typedef struct c_writer {
@@ -58,7 +63,7 @@ typedef struct c_writer {
     void (*uniform)(const struct c_writer *w, place p, int row, char *text);
     void *context;     /* of it */
     const bool *known; /* [uniform memory] written as they are: numbers that stand in it */
-    c_sine sine;
+    c_reach reach;
     /* a pass */
     const pass *pass;
     int *end;     /* [instructions] the one after its segment */

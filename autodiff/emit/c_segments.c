@@ -70,6 +70,7 @@ static void put_formula(const c_writer *w, const char *formula, double number,
                         char (*operands)[C_OPERAND])
 {
     char text[C_OPERAND];
+    formula += number == 1 && strncmp(formula, "N * ", 4) == 0 ? 4 : 0;
     for (; *formula; formula++) {
         if (*formula >= 'A' && *formula <= 'D') {
             fputs(operands[*formula - 'A'], w->file);
@@ -83,13 +84,11 @@ static void put_formula(const c_writer *w, const char *formula, double number,
 }
 
 /* A function of our own, or of libm where it has our name but for the suffix. */
-static void put_name(const c_writer *w, int op, int whole)
+static void put_name(const c_writer *w, int op)
 {
     const char *kind = *w->suffix ? "single" : "number";
     if (w->vectors) {
         fprintf(w->file, "v_%s(", ad_op_table[op].name);
-    } else if (op == OP_STUMPFF) {
-        fprintf(w->file, "ad_stumpff_%s(%d, ", kind, whole);
     } else if (op == OP_TANH || op == OP_TANH_SUM) {
         fprintf(w->file, "ad_tanh_%s(", kind);
     } else if (op == OP_EXP) {
@@ -103,24 +102,35 @@ static void put_name(const c_writer *w, int op, int whole)
     }
 }
 
-static const char *sine_most(const c_writer *w)
+/* The largest arguments that a function of our own serves without a branch. */
+static const char *reach_of(const c_writer *w, int op)
 {
-    return *w->suffix ? "AD_SINE_MOST_SINGLE" : "AD_SINE_MOST";
+    return op == OP_STUMPFF ? "AD_STUMPFF_NEAR"
+           : *w->suffix     ? "AD_SINE_MOST_SINGLE"
+                            : "AD_SINE_MOST";
 }
 
 static void put_sine(const c_writer *w, int op, const char *operand)
 {
     const char *name = ad_op_table[op].name, *kind = *w->suffix ? "single" : "number";
-    if (w->sine == SINE_ANY) {
-        fprintf(w->file, "fabs%s(%s) <= %s ? ", w->suffix, operand, sine_most(w));
+    if (w->reach == REACH_ANY) {
+        fprintf(w->file, "fabs%s(%s) <= %s ? ", w->suffix, operand, reach_of(w, op));
     }
-    if (w->sine != SINE_FAR) {
+    if (w->reach != REACH_FAR) {
         fprintf(w->file, "ad_sine_%s(%s, %d)", kind, operand, op == OP_COS);
     }
-    fputs(w->sine == SINE_ANY ? " : " : "", w->file);
-    if (w->sine != SINE_NEAR) {
+    fputs(w->reach == REACH_ANY ? " : " : "", w->file);
+    if (w->reach != REACH_NEAR) {
         fprintf(w->file, "%s%s(%s)", name, w->suffix, operand);
     }
+}
+
+static void put_stumpff(const c_writer *w, int whole, const char *operand)
+{
+    const char *kind = w->reach == REACH_NEAR ? *w->suffix ? "near_single" : "near"
+                       : *w->suffix           ? "single"
+                                              : "number";
+    fprintf(w->file, "ad_stumpff_%s(%d, %s)", kind, whole, operand);
 }
 
 /* "v_power(x1, 3.0)", or of numbers "pow(x1, 3.0)", "ad_tanh_number(x1 + x2)". */
@@ -129,14 +139,14 @@ static void put_call(const c_writer *w, int op, int whole, double number,
 {
     const char *between = op == OP_TANH_SUM && !w->vectors ? " + " : ", ";
     char attribute[C_OPERAND];
-    put_name(w, op, whole);
+    put_name(w, op);
     for (int k = 0; k < ad_op_table[op].arity; k++) {
         fprintf(w->file, "%s%s", k == 0 ? "" : between, operands[k]);
     }
     if (has_number(op)) {
         ad_c_number(w, number, attribute);
         fprintf(w->file, ", %s", attribute);
-    } else if (op == OP_STUMPFF && w->vectors) {
+    } else if (op == OP_STUMPFF) {
         fprintf(w->file, ", %d", whole);
     }
     fputc(')', w->file);
@@ -151,6 +161,8 @@ void ad_c_operation(const c_writer *w, int op, int whole, double number,
         put_formula(w, formulas[op], number, operands);
     } else if (!w->vectors && op_is_sine(op)) {
         put_sine(w, op, operands[0]);
+    } else if (!w->vectors && op == OP_STUMPFF) {
+        put_stumpff(w, whole, operands[0]);
     } else {
         put_call(w, op, whole, number, operands);
     }
@@ -164,21 +176,16 @@ bool ad_c_is_loop(const instruction *i)
     return op_is_elementwise(i->op) && i->out.rows > FEW_ROWS;
 }
 
-static bool is_made_by(const instruction *i, place p)
-{
-    return i->out.kind == p.kind && i->out.offset == p.offset && i->out.stride == p.stride;
-}
-
-/* sin and cos of numbers are looked at before the loop: their operands are made by others. */
+/* Functions of numbers that have a reach have loops of their own. */
 static bool fits_loop(const c_writer *w, int first, int next)
 {
     const instruction *list = w->pass->instructions;
-    if (list[next].out.rows != list[first].out.rows || next - first >= C_LOOP_MAX) {
+    if (list[next].out.rows != list[first].out.rows || next - first >= C_LOOP_MAX ||
+        (!w->vectors && next > first && (has_reach(list[first].op) || has_reach(list[next].op)))) {
         return false;
     }
     for (int i = first; i < next; i++) {
-        if (ad_instructions_conflict(&list[i], &list[next]) ||
-            (!w->vectors && op_is_sine(list[next].op) && is_made_by(&list[i], list[next].in[0]))) {
+        if (ad_instructions_conflict(&list[i], &list[next])) {
             return false;
         }
     }
@@ -257,11 +264,11 @@ static int unit_of(place p, int row)
 
 /* "AT(120)" or "ROW(120, 5)", row r of a block whose rows are 5 units apart; of numbers "w[120]",
  * or "w[(120 + 5 * r) * 8 + j]" with 8 points. */
-static void put_at(const c_writer *w, int offset, int stride)
+static void at_text(const c_writer *w, int offset, int stride, char *text)
 {
-    char row[C_OPERAND];
+    char row[C_OPERAND / 2];
     if (w->vectors) {
-        fprintf(w->file, stride > 0 ? "ROW(%d, %d)" : "AT(%d)", offset, stride);
+        snprintf(text, C_OPERAND, stride > 0 ? "ROW(%d, %d)" : "AT(%d)", offset, stride);
         return;
     }
     snprintf(row, sizeof row,
@@ -270,24 +277,25 @@ static void put_at(const c_writer *w, int offset, int stride)
                            : "%d + %d * r",
              offset, stride);
     if (w->numbers == 1) {
-        fprintf(w->file, "w[%s]", row);
+        snprintf(text, C_OPERAND, "w[%s]", row);
     } else {
-        fprintf(w->file, stride > 0 ? "w[(%s) * %d + j]" : "w[%s * %d + j]", row, w->numbers);
+        snprintf(text, C_OPERAND, stride > 0 ? "w[(%s) * %d + j]" : "w[%s * %d + j]", row,
+                 w->numbers);
     }
 }
 
 static void put_load(const c_writer *w, const char *indent, int variable, int offset, int stride)
 {
-    fprintf(w->file, "%sconst %s x%d = ", indent, w->type, variable);
-    put_at(w, offset, stride);
-    fputs(";\n", w->file);
+    char at[C_OPERAND];
+    at_text(w, offset, stride, at);
+    fprintf(w->file, "%sconst %s x%d = %s;\n", indent, w->type, variable, at);
 }
 
 static void put_store(const c_writer *w, const char *indent, int variable, int offset, int stride)
 {
-    fputs(indent, w->file);
-    put_at(w, offset, stride);
-    fprintf(w->file, " = x%d;\n", variable);
+    char at[C_OPERAND];
+    at_text(w, offset, stride, at);
+    fprintf(w->file, "%s%s = x%d;\n", indent, at, variable);
 }
 
 /* A uniform value as an operand. */
@@ -470,53 +478,42 @@ static void write_rows(c_writer *w, int first, int end)
     fputs("        }\n    }\n", w->file);
 }
 
-/* Are there sin or cos in these instructions? If so, finds out in the C whether some argument is
- * too large for our own, once for each operand. */
-static bool write_sine_check(c_writer *w, int first, int end)
+/* A function with a reach, without a branch in the loop over rows unless some argument is beyond.
+ */
+static void write_reach(c_writer *w, int n)
 {
-    bool any = false;
-    for (int n = first; n < end; n++) {
-        const instruction *i = &w->pass->instructions[n];
-        bool seen = w->dead[n] || !op_is_sine(i->op);
-        for (int k = first; k < n && !seen; k++) {
-            const instruction *before = &w->pass->instructions[k];
-            seen = op_is_sine(before->op) && before->in[0].offset == i->in[0].offset &&
-                   before->in[0].stride == i->in[0].stride;
-        }
-        if (seen) {
-            continue;
-        }
-        fputs(any ? "" : "    {\n    int far = 0;\n", w->file);
-        any = true;
-        fprintf(w->file, "    for (int r = 0; r < %d; r++) {\n        %sfar |= !(fabs%s(",
-                i->out.rows, w->points, w->suffix);
-        put_at(w, i->in[0].offset, i->in[0].stride);
-        fprintf(w->file, ") <= %s);\n    }\n", sine_most(w));
-    }
-    return any;
-}
-
-static void write_loop(c_writer *w, int first, int end)
-{
-    if (w->vectors || !write_sine_check(w, first, end)) {
-        write_rows(w, first, end);
+    const instruction *i = &w->pass->instructions[n];
+    static const c_reach reaches[] = {REACH_FAR, REACH_NEAR};
+    char at[C_OPERAND], operands[AD_ARITY_MAX][C_OPERAND];
+    if (w->dead[n]) {
         return;
     }
-    fputs("    if (far) {\n", w->file);
-    w->sine = SINE_FAR;
-    write_rows(w, first, end);
-    fputs("    } else {\n", w->file);
-    w->sine = SINE_NEAR;
-    write_rows(w, first, end);
-    w->sine = SINE_ANY;
-    fputs("    }\n    }\n", w->file);
+    at_text(w, i->in[0].offset, i->in[0].stride, operands[0]);
+    at_text(w, i->out.offset, i->out.stride, at);
+    fprintf(w->file,
+            "    {\n        int far = 0;\n        for (int r = 0; r < %d; r++) {\n"
+            "            %sfar |= !(fabs%s(%s) <= %s);\n        }\n",
+            i->out.rows, w->points, w->suffix, operands[0], reach_of(w, i->op));
+    for (int k = 0; k < 2; k++) {
+        fprintf(w->file,
+                "        for (int r = 0; r < %d && %sfar; r++) {\n            %s%s = ", i->out.rows,
+                k ? "!" : "", w->points, at);
+        w->reach = reaches[k];
+        ad_c_operation(w, i->op, i->whole, i->number, operands);
+        fputs("        }\n", w->file);
+    }
+    w->reach = REACH_ANY;
+    fputs("    }\n", w->file);
 }
 
 void ad_c_write_segments(c_writer *w, int first, int end)
 {
     for (int at = first; at < end; at = w->end[at]) {
-        if (ad_c_is_loop(&w->pass->instructions[at])) {
-            write_loop(w, at, w->end[at]);
+        const instruction *i = &w->pass->instructions[at];
+        if (!w->vectors && ad_c_is_loop(i) && has_reach(i->op)) {
+            write_reach(w, at);
+        } else if (ad_c_is_loop(i)) {
+            write_rows(w, at, w->end[at]);
         } else {
             write_statements(w, at, w->end[at]);
         }

@@ -217,10 +217,16 @@ INLINE vec v_abs(vec a)
 
 INLINE vec v_stumpff(vec a, int whole)
 {
-    for (int i = 0; i < LANES; i++) {
-        a[i] = ad_stumpff_number(whole, a[i]);
+    const double *t = ad_stumpff_terms + whole;
+    const bits near = v_abs(a) <= splat(AD_STUMPFF_NEAR);
+    vec sum = splat(t[2 * AD_STUMPFF_TERMS - 2]);
+    for (int i = AD_STUMPFF_TERMS - 2; i >= 0; i--) {
+        sum = splat(t[2 * i]) - a * sum;
     }
-    return a;
+    for (int i = 0; i < LANES; i++) {
+        sum[i] = near[i] ? sum[i] : ad_stumpff_far(whole, a[i]);
+    }
+    return sum;
 }
 
 #endif

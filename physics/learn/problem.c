@@ -1,6 +1,8 @@
 /* The loss as a sum over point sets; each set has its points and one program. */
 #include "physics/learn/problem_internal.h"
 
+#include "physics/numerics/vector_size.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -342,15 +344,6 @@ static ad_status evaluate_set(problem *p, problem_set *set, const double *x, boo
     return status;
 }
 
-bool problem_all_finite(const double *x, size_t count)
-{
-    double sum = 0; /* 0 * x is NaN for NaN and infinity alike */
-    for (size_t i = 0; i < count; i++) {
-        sum += 0 * x[i];
-    }
-    return sum == 0;
-}
-
 bool problem_holds_unknowns(const problem *p)
 {
     return p->released == 0;
@@ -390,7 +383,7 @@ ad_status problem_evaluate(problem *p, const double *x, double *loss, double *gr
     for (size_t i = problem_first_held(p); gradient && i < p->parameters; i++) {
         gradient[i] = 0;
     }
-    if (!isfinite(*loss) || (gradient && !problem_all_finite(gradient, p->parameters))) {
+    if (!isfinite(*loss) || (gradient && !vector_is_finite(p->parameters, gradient))) {
         return ad_fail(error, AD_NOT_FINITE, "the loss or its gradient is not finite");
     }
     return AD_OK;
@@ -545,7 +538,7 @@ ad_status problem_restored(problem *p, ad_error *error)
                 return ad_fail(error, AD_BAD_INPUT, "checkpoint: a point lies outside the scene");
             }
         }
-        if (!problem_all_finite(trained->data, numbers)) {
+        if (!vector_is_finite(numbers, trained->data)) {
             return ad_fail(error, AD_BAD_INPUT, "checkpoint: data of a point are not finite");
         }
     }

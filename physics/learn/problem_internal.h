@@ -101,8 +101,6 @@ struct problem {
     double *motion_room, *motion_blocks; /* of problem_motion.c */
 };
 
-bool problem_all_finite(const double *x, size_t count);
-
 /* problem_points.c */
 problem_points problem_points_of(const problem *p, const problem_set *set);
 ad_status problem_set_sample(problem *p, problem_set *set, ad_error *error);

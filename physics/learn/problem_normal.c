@@ -1,6 +1,8 @@
 /* The loss as a sum of squares: its Jacobian, as such, in normal equations or in products. */
 #include "physics/learn/problem_internal.h"
 
+#include "physics/numerics/vector_size.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -30,7 +32,7 @@ ad_status problem_prepare_least_squares(problem *p, problem_least_squares *info,
 static ad_status check(double loss, double entries, const double *jtr, size_t count,
                        ad_error *error)
 {
-    if (!isfinite(loss) || !isfinite(entries) || !problem_all_finite(jtr, count)) {
+    if (!isfinite(loss) || !isfinite(entries) || !vector_is_finite(count, jtr)) {
         return ad_fail(error, AD_NOT_FINITE, "the loss or its Jacobian is not finite");
     }
     return AD_OK;
@@ -255,7 +257,7 @@ ad_status problem_normal_product(problem *p, const double *x, const double *v, d
             product[k] += p->scratch[k];
         }
     }
-    if (status == AD_OK && !problem_all_finite(product, count)) {
+    if (status == AD_OK && !vector_is_finite(count, product)) {
         return ad_fail(error, AD_NOT_FINITE, "a product with the Jacobian is not finite");
     }
     return status;

@@ -10,21 +10,6 @@
 
 #include <string.h>
 
-/* pose exp(twist) of any size, in steps that shape_stumpff is good for. */
-static shape_pose shape_turn(shape_pose pose, shape_twist twist)
-{
-    const int steps = 1 + (int)fmin(vector_length(twist.u.x), 1e6);
-    shape_twist part;
-    for (int i = 0; i < 3; i++) {
-        part.u.x[i] = twist.u.x[i] / steps;
-        part.v.x[i] = twist.v.x[i] / steps;
-    }
-    for (int i = 0; i < steps; i++) {
-        pose = shape_advance(pose, part, 1);
-    }
-    return pose;
-}
-
 shape_twist rod_shape_rest(const shape_piece *piece, double s)
 {
     const scene_rest *rest = &piece->rest;
@@ -86,7 +71,7 @@ static shape_pose shape_arc(const shape_piece *piece)
         twist.u.x[i] *= piece->to - piece->from;
         twist.v.x[i] *= piece->to - piece->from;
     }
-    return shape_turn(piece->start, twist);
+    return shape_advance(piece->start, twist, 1);
 }
 
 /* Of values [SHAPE_DEGREE + 1]; returns the degree that matters. */
@@ -142,7 +127,7 @@ static void add_piece(shape *made, int segment, const scene_rest *rest, const sh
                            .rest = *rest,
                            .is_uniform = rod_shape_is_uniform(rest),
                            .turn = *turn,
-                           .start = shape_turn(made->end, *turn)};
+                           .start = shape_advance(made->end, *turn, 1)};
     if (piece->is_uniform) {
         made->end = shape_arc(piece);
     } else {

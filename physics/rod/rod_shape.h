@@ -2,6 +2,7 @@
 #ifndef PHYSICS_ROD_ROD_SHAPE_H
 #define PHYSICS_ROD_ROD_SHAPE_H
 
+#include "autodiff/tape/stumpff.h"
 #include "physics/numerics/vector.h"
 #include "physics/rod/rod_internal.h"
 
@@ -54,20 +55,6 @@ static inline shape_vector shape_cross(shape_vector a, shape_vector b)
     return cross;
 }
 
-/* c_k(a) = sum_i (-a)^i / (2i+k)!; a is small here, 10 terms reach rounding for a <= 1. */
-static inline double shape_stumpff(int k, double a)
-{
-    double term = 1, sum = 0;
-    for (int i = 2; i <= k; i++) {
-        term /= i;
-    }
-    for (int i = 0; i < 10; i++) {
-        sum += term;
-        term *= -a / ((2 * i + k + 1) * (2 * i + k + 2));
-    }
-    return sum;
-}
-
 static inline shape_vector shape_rotate(shape_rotation q, shape_vector a)
 {
     const shape_vector axis = {{q.x[1], q.x[2], q.x[3]}};
@@ -86,15 +73,16 @@ static inline shape_rotation shape_multiply(shape_rotation q, shape_rotation p)
 
 static inline shape_rotation shape_exp(shape_vector turn)
 {
-    const double quarter = shape_dot(turn, turn) / 4, half = 0.5 * shape_stumpff(1, quarter);
+    const double quarter = shape_dot(turn, turn) / 4, half = 0.5 * ad_stumpff_number(1, quarter);
     const shape_vector axis = shape_times(half, turn);
-    return (shape_rotation){{shape_stumpff(0, quarter), axis.x[0], axis.x[1], axis.x[2]}};
+    return (shape_rotation){{ad_stumpff_number(0, quarter), axis.x[0], axis.x[1], axis.x[2]}};
 }
 
 #define SHAPE_NUMBER   double
 #define SHAPE_VECTOR   shape_vector
 #define SHAPE_ROTATION shape_rotation
 #define SHAPE(name)    shape_##name
+#define shape_stumpff  ad_stumpff_number
 #include "physics/rod/shape_algebra.h"
 #undef SHAPE_NUMBER
 #undef SHAPE_VECTOR

@@ -103,8 +103,9 @@ along_turn strain_turn_product(along_turn p, along_turn q)
 along_turn strain_turn_by(along w)
 {
     ad_value square = ad_scale(strain_dot(w, w), 0.25);
-    along half = strain_by(ad_scale(ad_stumpff(1, square), 0.5), w);
-    return (along_turn){{ad_stumpff(0, square), half.x[0], half.x[1], half.x[2]}};
+    ad_value cosine = ad_stumpff(0, square), sine = ad_stumpff(1, square);
+    along half = strain_by(ad_scale(sine, 0.5), w);
+    return (along_turn){{cosine, half.x[0], half.x[1], half.x[2]}};
 }
 
 along_matrix strain_turn_matrix(along_turn q)
@@ -158,8 +159,8 @@ along strain_twist_shift(along_twist a)
 {
     const ad_value square = strain_dot(a.turn, a.turn);
     const along once = strain_cross(a.turn, a.shift), twice = strain_cross(a.turn, once);
-    return strain_add(a.shift, strain_add(strain_by(ad_stumpff(2, square), once),
-                                          strain_by(ad_stumpff(3, square), twice)));
+    const ad_value second = ad_stumpff(2, square), third = ad_stumpff(3, square);
+    return strain_add(a.shift, strain_add(strain_by(second, once), strain_by(third, twice)));
 }
 
 /* ---- points -------------------------------------------------------------------------------- */

@@ -548,19 +548,24 @@ static void test_whole_programs(void **state)
     dlclose(library);
 }
 
-/* Arguments of sin and cos from 0 to far beyond what our own functions take, of many rows, which
- * are looked at before their loop, and of few: as libm has them. */
-static void test_far_sines(void **state)
+/* Arguments from 0 to far beyond what our own functions take without a branch, of many rows, which
+ * are looked at before their loop, and of few: as libm and the tape have them. */
+static void test_far_arguments(void **state)
 {
     (void)state;
-    enum { MANY = 24, FEW = 3, ROWS = 2 * (MANY + FEW) };
+    enum { MANY = 24, FEW = 3, KINDS = 5, ROWS = KINDS * (MANY + FEW) };
     double x[MANY], y[ROWS], w[4 * ROWS];
     char path[128];
     size_t memory;
     ad_tape *tape = ad_tape_create();
     ad_value many = ad_input(tape, "x", MANY), few = ad_slice(many, MANY - FEW, FEW);
-    ad_value outputs[] = {ad_sin(many), ad_cos(many), ad_sin(few), ad_cos(few)};
-    compiled c = compile_values(4, outputs, NULL, 1);
+    ad_value outputs[2 * KINDS];
+    for (int i = 0; i < 2 * KINDS; i++) {
+        const ad_value of = i < KINDS ? many : few;
+        const int kind = i % KINDS;
+        outputs[i] = kind == 0 ? ad_sin(of) : kind == 1 ? ad_cos(of) : ad_stumpff(kind - 2, of);
+    }
+    compiled c = compile_values(2 * KINDS, outputs, NULL, 1);
     const ad_c_options options = {.name = "far", .points = 1};
     ad_error error;
     snprintf(path, sizeof path, "%s/far.c", folder);
@@ -582,10 +587,13 @@ static void test_far_sines(void **state)
         x[4] = k ? -INFINITY : -0.4;
         far(x, NULL, NULL, y, w);
         for (int i = 0; i < ROWS; i++) {
-            int row = i < 2 * MANY ? i % MANY : MANY - FEW + (i - 2 * MANY) % FEW;
-            bool is_sin = i < MANY || (i >= 2 * MANY && i < 2 * MANY + FEW);
-            double wanted = is_sin ? sin(x[row]) : cos(x[row]);
-            assert_true(isnan(wanted) ? isnan(y[i]) : fabs(y[i] - wanted) <= 3e-16);
+            const int of_few = i - KINDS * MANY, kind = of_few < 0 ? i / MANY : of_few / FEW;
+            const double at = x[of_few < 0 ? i % MANY : MANY - FEW + of_few % FEW];
+            const double wanted = kind == 0   ? sin(at)
+                                  : kind == 1 ? cos(at)
+                                              : ad_op_evaluate(OP_STUMPFF, kind - 2, 0, &at);
+            assert_true(isnan(wanted) ? isnan(y[i])
+                                      : y[i] == wanted || fabs(y[i] - wanted) <= 3e-16);
         }
     }
     dlclose(library);
@@ -617,7 +625,7 @@ int main(void)
         cmocka_unit_test(test_groups_without_warnings),
         cmocka_unit_test(test_kernel_sets_and_compilers),
         cmocka_unit_test(test_whole_programs),
-        cmocka_unit_test(test_far_sines),
+        cmocka_unit_test(test_far_arguments),
         cmocka_unit_test(test_options_are_checked),
     };
     return cmocka_run_group_tests(tests, make_subjects, free_subjects);

@@ -23,7 +23,7 @@ static ad_status load(member_code *code, const export_text *text, ad_error *erro
     char folder[4096];
     const void *table = NULL;
     const ad_code_settings how = {
-        .options = "-O3 -fno-math-errno", .folder = folder, .compile = true};
+        .options = "-O3 -fno-math-errno -ffp-contract=fast", .folder = folder, .compile = true};
     if (!trainer_fuse_folder(folder, true)) {
         return ad_fail(error, AD_IO, "no folder for compiled C: neither XDG_CACHE_HOME nor HOME");
     }
