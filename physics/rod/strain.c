@@ -36,14 +36,6 @@ static bool are_same(const scene_breaks *a, const scene_breaks *b, double same)
     return result;
 }
 
-/* Where a member may be divided; one whose lengths and places have ranges where its formulas
- * switch, as bounds of what switches together are too wide to say where it is narrow. */
-static ad_status divide(const scene *one, scene_breaks *pieces, ad_error *error)
-{
-    return one->place.is_given ? scene_breaks_of(one, "s", pieces, error)
-                               : scene_divisions_of(one, "s", BREAKS_MAX, pieces, error);
-}
-
 /* Where pieces of some members are shorter, and elsewhere, because what is narrow is not at the
  * same place in all: how short, of the length; else 1. */
 static ad_status find_shortest(const scene *open, const scene_breaks *middle, double *shortest,
@@ -57,7 +49,7 @@ static ad_status find_shortest(const scene *open, const scene_breaks *middle, do
     for (int m = 0; m < members && status == AD_OK; m++) {
         scene member;
         member_of(open, m, &member);
-        status = divide(&member, &pieces, error);
+        status = scene_divisions_of(&member, "s", BREAKS_MAX, &pieces, error);
         status = status == AD_OK ? scene_breaks_of(&member, "s", &breaks, error) : status;
         if (status == AD_OK && pieces.count > breaks.count &&
             !are_same(&pieces, middle, 1e-9 * length)) {
@@ -86,7 +78,7 @@ ad_status strain_mesh_of(const scene *open, int stages, strain_mesh *mesh, ad_er
     scene_breaks pieces;
     double shortest = 1, begin = 0;
     scene_middle(open, &one);
-    ad_status status = divide(&one, &pieces, error);
+    ad_status status = scene_divisions_of(&one, "s", BREAKS_MAX, &pieces, error);
     if (status == AD_OK && (pieces.unresolved || pieces.count >= STRAIN_ELEMENTS_MAX)) {
         return refuse_mesh(pieces.unresolved ? pieces.unresolved : "the scene", error);
     }

@@ -28,8 +28,9 @@ static const double ROUNDING = 1e-15;
  */
 static const double SHORT = 1e-3, SPREAD = 2, INFINITE = 1e100;
 
-/* Panels become one where a polynomial is as close to what is on both, of all that it varies. */
-static const double SMOOTH = 1e-6;
+/* Panels become one where a polynomial is as close to what is on both, of all that it varies, but
+ * for rounding, of its values. */
+static const double SMOOTH = 1e-6, ROUNDED = 1e-13;
 
 /* Of the range: no panel is shorter; and enclosures keep off the ends of panels by this, where
  * breaks are. */
@@ -223,8 +224,8 @@ static bool is_smooth(const dividing *in, double low, double middle, double high
             above += factor * value[k];
             below += factor;
         }
-        double off = fabs(above / below - value_at(in, x, share));
-        if (isfinite(below) && !(off <= SMOOTH * in->variation)) {
+        const double is = value_at(in, x, share), off = fabs(above / below - is);
+        if (isfinite(below) && !(off <= SMOOTH * in->variation + ROUNDED * fabs(is))) {
             return false;
         }
     }

@@ -7,6 +7,7 @@
 
 #include "physics/chain/strain_form.h"
 #include "physics/numerics/quaternion.h"
+#include "physics/rod/strain.h"
 #include "physics/solve/solve.h"
 #include "tools/prepare/prepare.h"
 
@@ -467,25 +468,20 @@ static void test_against_collocation(void **state)
                               "'500*exp(-((s-0.7412)/1.2e-3)^2)']");
 }
 
-/* A narrow load whose place is a parameter: the mesh of all members sees it wherever it is, or
- * there is none. Without, no point of the coarse meshes had it, and the estimate of what was 0.16 m
- * off was rounding. */
-static void test_moving(void **state)
+/* At these values of the parameter, 3 of them. */
+static void check_narrow(const char *const overrides[4], const double *at)
 {
-    (void)state;
-    static const double at[] = {0.31, 0.5, 0.6537}, tip = 1;
+    static const double tip = 1;
     ad_error error = {.message = ""};
-    const char *overrides[] = {"parameters={a: {range: [0.2, 0.8]}}",
-                               "loads.force=['25*exp(-((s-a)/0.02)^2)', 0, 0]", "reference=null"};
     config *settings = NULL;
     solve_members *members = NULL;
     const solve_members_settings asked = {.tolerance = 1e-7, .threads = 1, .points = 1, .s = &tip};
     const char *const path = "configs/heavy_cantilever.yaml";
-    if (prepare_read(path, NULL, 3, overrides, &settings, &error) != AD_OK ||
+    if (prepare_read(path, NULL, 4, overrides, &settings, &error) != AD_OK ||
         solve_members_create(&settings->scene, &asked, &members, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
-    for (size_t i = 0; i < sizeof at / sizeof *at; i++) {
+    for (size_t i = 0; i < 3; i++) {
         double values[SOLVE_MEMBERS_COLUMNS], expected[3];
         scene one;
         solve_member result;
@@ -503,10 +499,27 @@ static void test_moving(void **state)
     }
     solve_members_free(members);
     config_free(settings);
+}
+
+/* A narrow load, whose place is a parameter or the length of whose rod is: the mesh of all members
+ * sees it wherever it is, or there is none. Without, no point of the coarse meshes had it, and the
+ * estimate of what was 0.16 m off was rounding. */
+static void test_moving(void **state)
+{
+    (void)state;
+    const char *overrides[] = {"parameters={a: {range: [0.2, 0.8]}}",
+                               "loads.force=['25*exp(-((s-a)/0.02)^2)', 0, 0]", "reference=null",
+                               "rod.length=1"};
+    const char *grown[] = {"parameters={a: {range: [0.9, 1.1]}}",
+                           "loads.force=['125*exp(-((s-0.5)/0.004)^2)', 0, 0]", "reference=null",
+                           "rod.length=a"};
+    check_narrow(overrides, (double[]){0.31, 0.5, 0.6537});
+    check_narrow(grown, (double[]){0.91, 1, 1.0537});
     overrides[1] = "loads.force=['500*exp(-((s-a)/0.001)^2)', 0, 0]";
-    assert_int_equal(prepare_read(path, NULL, 3, overrides, &settings, &error), AD_OK);
-    assert_int_equal(solve_members_create(&settings->scene, &asked, &members, NULL),
-                     AD_BAD_ARGUMENT);
+    config *settings;
+    assert_int_equal(
+        prepare_read("configs/heavy_cantilever.yaml", NULL, 4, overrides, &settings, NULL), AD_OK);
+    assert_int_equal(strain_takes(&settings->scene, NULL), AD_BAD_ARGUMENT);
     config_free(settings);
 }
 
