@@ -208,6 +208,8 @@ said stdout.txt 'warning \(at_bound\)'
 said stdout.txt 'deviations are those of the stated one'
 run 3 cpinn-train "$scenes/bent.yaml" --set "$range" --out bound
 said stdout.txt 'warning \(at_bound\)'
+run 3 cpinn-train "$scenes/bent.yaml" --set 'training.stages=[{optimizer: gauss_newton, steps: 6}]' --out short # half a deviation off
+said stdout.txt 'search for the unknowns has not ended after 6 steps'
 run 0 cpinn-solve "$scenes/bent.yaml" --set 'data[0].noise=0' --json solved.json
 cpinn-train "$scenes/bent.yaml" --set 'data[0].noise=0' --set 'data[0].weight=1' --out noise --json noise.json >/dev/null
 number() { grep -o "\"$2\": [^,}]*" "$1" | cut -d: -f2; }

@@ -114,6 +114,10 @@ static bool is_at_bound(double z, double step)
     return left < ALMOST || (left < CLOSE && (z < 0.5 ? -step : step) >= left);
 }
 
+/* Of its deviation: a search has ended where the normal equations would change an unknown by less.
+ */
+static const double ENDED = 0.3;
+
 ad_status trainer_unknowns(trainer *t, identified *result, ad_error *error)
 {
     const scene *open = t->e->scene;
@@ -155,8 +159,8 @@ ad_status trainer_unknowns(trainer *t, identified *result, ad_error *error)
     result->chi_squared *= unit * unit;
     for (size_t i = 0; i < count; i++) { /* parts of the ranges, as both are */
         const double left = fabs(step[i] * slope[i]);
-        result->converged =
-            result->converged && (result->bounded[i] || left <= result->information.deviation[i]);
+        result->converged = result->converged && (result->bounded[i] ||
+                                                  left <= ENDED * result->information.deviation[i]);
     }
     return AD_OK;
 }
