@@ -369,8 +369,15 @@ run 3 cpinn-control "$arm" --set control.residual=null --set control.duration=2 
 said stdout.txt '^warning \(innovations\): ' # what the residual is for
 run 0 cpinn-residual "$arm" --measured loop.csv --steps 2 --units 3 --out beyond.h5
 said stdout.txt '^with network '
+said stdout.txt '^stiffness is 1 in all rows: what it changes is not learned$'
 run 0 cpinn-control "$arm" --set control.residual="$PWD/beyond.h5" --set control.duration=1.2
 said stdout.txt 'reduced rod and residual'
+run 0 cpinn-control "$arm" --set control.duration=1 --out begun.csv # begins where the residual rests
+awk -F, 'NR == 1 { while ($++i != "estimate_stiffness"); } NR == 2 { exit !($i > 0.95 && $i < 1.05) }' begun.csv ||
+    failed "begun.csv: stiffness is off at the first sample"
+run 3 cpinn-control "$arm" --set control.duration=1.5 --set 'control.task={path: circle, radius: 0.035}' --json far.json
+said stdout.txt '^warning .outside_data.: loop: the learned residual is beyond what it was trained on: what is not known'
+said far.json '"residual": ."deviation": 0.00[0-9]*, "trained_deviation": 0.00[0-9]*.'
 refused 'loop.csv: residuals were tables before they had deviations; allowed: an .h5' \
     cpinn-control "$arm" --set control.residual="$PWD/loop.csv"
 refused 'beyond.h5 is of a robot in motion, for control.residual' \

@@ -26,9 +26,9 @@ typedef struct one_step {
     /* How far x, u are outside of what the model was made for: at most 1 inside; NULL: anywhere. */
     double (*outside)(void *context, const double *state, const double *inputs);
     /* What the model does not know of itself: covariance [states][states] of what `next` is off by
-     * it, as if apart from one step of h to the next. by_state as of that step. memory [doubts] is
-     * 0 where a motion begins, and goes on with it. 0, or there is none, and memory is 0. doubts 0:
-     * nothing is said. */
+     * it, as if apart from one step of h to the next. by_state as of that step; NULL: a
+     * motion begins at that state, at rest, and covariance is not asked for. memory [doubts] goes
+     * on with the motion. 0, or there is none, and memory is 0. doubts 0: nothing is said. */
     int doubts;
     int (*doubt)(void *context, double h, const double *state, const double *inputs,
                  const double *by_state, double *memory, double *covariance);

@@ -12,6 +12,10 @@ static int doubt(void *context, double h, const double *state, const double *inp
 {
     const linear_model *model = context;
     (void)h, (void)state, (void)inputs;
+    if (!by_state) { /* the motion begins */
+        *memory = 0;
+        return 0;
+    }
     *memory += 1;
     for (int i = 0; i < N * N; i++) {
         assert_near(by_state[i], model->a[i / N][i % N], 1e-9);

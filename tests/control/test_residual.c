@@ -150,6 +150,24 @@ static void check_deviations(residual *net, const one_observation *observation,
     assert_true(outside.covered[0] > 0.5 && outside.covered[1] > 0.85);
 }
 
+/* Where the corrected model rests its step leads back to the same; by inputs, against differences.
+ */
+static void check_rest(residual *net, const one_step *corrected, const double *inputs)
+{
+    const int n = corrected->states;
+    double state[STATES_MAX] = {0}, next[STATES_MAX], near[STATES_MAX] = {0}, u[INPUTS];
+    double by[STATES_MAX * INPUTS], by_near[STATES_MAX * INPUTS];
+    assert_true(residual_settle(net, PERIOD, inputs, state, by));
+    advance(corrected, state, inputs, next, NULL, NULL);
+    memcpy(u, inputs, sizeof u);
+    u[1] += 1e-4;
+    assert_true(residual_settle(net, PERIOD, u, near, by_near));
+    for (int i = 0; i < n; i++) {
+        assert_near(next[i], state[i], 1e-9);
+        assert_near((near[i] - state[i]) / 1e-4, by[i * INPUTS + 1], 1e-3);
+    }
+}
+
 static void check_same_files(const char *a, const char *b)
 {
     enum { MOST = 1 << 20 };
@@ -226,6 +244,7 @@ static void test_residual(void **state)
     assert_true(after < before / 3); /* 4 to 6 by what is drawn; 20 runs of 3 s are met better */
     check_deviations(net, &observation, held);
     check_derivatives(&corrected, all.start, all.inputs[0][9]);
+    check_rest(net, &corrected, all.inputs[0][9]);
     check_file(net, &model, x.settings->scene.parameters, &corrected, all.start, all.inputs[0][9]);
     residual_free(net);
     observation_free(eye);

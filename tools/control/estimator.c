@@ -62,6 +62,10 @@ int estimator_start(estimator *estimator, const double *state, const double *inp
         }
     }
     small_matrix_triangle(estimator->n, estimator->n, estimator->u);
+    if (s->model.doubts > 0) {
+        s->model.doubt(s->model.context, s->period, state, inputs, NULL,
+                       estimator->u + estimator->n * estimator->stride, NULL);
+    }
     begin(estimator, inputs);
     return 0;
 }

@@ -316,6 +316,7 @@ static void conclude(running *r, double *room)
     const double *controlled = loop_column(loop, loop->columns - 3);
     report->rms = sqrt(report->rms / (double)report->judged);
     report->doubt = estimator_doubt(regulator_estimator(loop->both));
+    report->residual = residual_reached(loop->beyond);
     report->saturated /= (double)report->done;
     report->change[0] /= fmax(1, (double)report->done - 1);
     report->jitter /= fmax(1, (double)report->done - 2);

@@ -17,6 +17,7 @@
 #include "tools/control/linear_step.h"
 #include "tools/control/plant.h"
 #include "tools/control/regulator.h"
+#include "tools/control/residual.h"
 #include "tools/control/task_observation.h"
 #include "tools/files/table_shapes.h"
 
@@ -62,6 +63,7 @@ typedef struct loop_report {
     double estimate[CONTROL_INPUTS_MAX]; /* at the end, of control->estimate */
     double deviation[CONTROL_INPUTS_MAX];
     double truth[CONTROL_INPUTS_MAX];
+    residual_reach residual; /* m, of control->residual; NaN: there is none */
     long filter_flags[LOOP_FLAGS], control_flags[LOOP_FLAGS], late; /* samples */
 } loop_report;
 

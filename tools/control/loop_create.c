@@ -304,10 +304,32 @@ static void fill_controller(control_loop *loop)
                               .offset = c->offset};
 }
 
+ad_status loop_begin(control_loop *loop, const double *inputs, ad_error *error)
+{
+    const size_t n = (size_t)loop->states, m = (size_t)loop->parameters;
+    const int count = loop->control.estimate_count;
+    double *state = loop->numbers, *by = state + 4 * n;
+    int which[CONTROL_INPUTS_MAX];
+    for (int i = 0; i < count; i++) {
+        which[i] = loop->parameter[i].input;
+    }
+    double *all = loop->beyond ? malloc(n * m * sizeof *all) : NULL;
+    if (loop->beyond && !all) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a loop");
+    }
+    if (all && residual_settle(loop->beyond, loop->period, inputs, state, all)) {
+        for (size_t i = 0; i < n * (size_t)count; i++) {
+            by[i] = all[i / (size_t)count * m + (size_t)which[i % (size_t)count]];
+        }
+        free(all);
+        return AD_OK;
+    }
+    free(all);
+    return equilibria_derivatives(loop->rest, inputs, state, count, which, by, error);
+}
+
 static ad_status create_regulator(control_loop *loop, ad_error *error)
 {
-    int which[CONTROL_INPUTS_MAX];
-    double *by = loop->numbers + 4 * (size_t)loop->states;
     fill_controller(loop);
     loop->settings.turns = loop->ratio;
     loop->settings.delay = loop->control.delay;
@@ -321,13 +343,10 @@ static ad_status create_regulator(control_loop *loop, ad_error *error)
         return ad_fail(error, AD_NO_MEMORY, "out of memory for filter and controller");
     }
     loop->both = regulator_init(memory, &loop->settings);
-    for (int i = 0; i < loop->control.estimate_count; i++) {
-        which[i] = loop->parameter[i].input;
-    }
-    const ad_status status = equilibria_derivatives(loop->rest, loop->middle, loop->numbers,
-                                                    loop->control.estimate_count, which, by, error);
+    const ad_status status = loop_begin(loop, loop->middle, error);
     if (status == AD_OK) {
-        regulator_start(loop->both, loop->numbers, loop->middle, by);
+        regulator_start(loop->both, loop->numbers, loop->middle,
+                        loop->numbers + 4 * (size_t)loop->states);
     }
     return status;
 }

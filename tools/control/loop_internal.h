@@ -37,6 +37,11 @@ ad_status loop_create_filter(const loop_setup *setup, control_loop **result, ad_
  */
 void loop_fill_noise(control_loop *loop);
 
+/* The state in loop->numbers, at rest for inputs by the reduced rod, becomes that where the filter
+ * begins: at rest with the residual, where there is one and it has such a state. Behind it come its
+ * derivatives by what is estimated. */
+ad_status loop_begin(control_loop *loop, const double *inputs, ad_error *error);
+
 enum { LOOP_TRUE_PLACE = 4, LOOP_INPUTS = 10 }; /* first columns of the record */
 
 struct control_loop {

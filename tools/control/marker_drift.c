@@ -34,12 +34,12 @@ static int doubt(void *context, double h, const double *state, const double *inp
 {
     const marker_drift *x = context;
     const size_t n = (size_t)x->model.states, all = n + 3 * (size_t)x->markers;
-    for (size_t i = 0; i < n * n; i++) {
+    for (size_t i = 0; i < n * n && by_state; i++) {
         x->room[i] = by_state[i / n * all + i % n];
     }
-    const int failed =
-        x->model.doubt(x->model.context, h, state, inputs, x->room, memory, covariance);
-    for (size_t i = all * all; i-- > 0;) {
+    const int failed = x->model.doubt(x->model.context, h, state, inputs, by_state ? x->room : NULL,
+                                      memory, covariance);
+    for (size_t i = by_state ? all * all : 0; i-- > 0;) {
         const bool is_model = i / all < n && i % all < n;
         covariance[i] = is_model ? covariance[i / all * n + i % all] : 0;
     }

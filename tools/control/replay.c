@@ -223,16 +223,12 @@ static ad_status start(replay *x, ad_error *error)
     control_loop *loop = x->loop;
     const int count = loop->control.estimate_count;
     const size_t n = (size_t)loop->states, all = (size_t)x->model.states;
-    double inputs[SCENE_PARAMETERS_MAX], *by = loop->numbers + 4 * n;
-    int which[CONTROL_INPUTS_MAX];
+    double inputs[SCENE_PARAMETERS_MAX];
     inputs_of(x, 0, inputs);
-    for (int i = 0; i < count; i++) {
-        which[i] = loop->parameter[i].input;
-    }
     ad_status status = equilibria_settle(loop->rest, inputs, loop->numbers, error);
     status = status == AD_OK ? find_sizes(x, error) : status;
     if (status == AD_OK) {
-        status = equilibria_derivatives(loop->rest, inputs, loop->numbers, count, which, by, error);
+        status = loop_begin(loop, inputs, error);
     }
     AD_TAKE(x, numbers, all * (3 + (size_t)count));
     if (status == AD_OK && x->memory.is_short) {
@@ -357,6 +353,7 @@ static void conclude(replay *x)
     report->judged = x->counts[0];
     report->period = loop->period;
     report->doubt = estimator_doubt(x->filter);
+    report->residual = residual_reached(loop->beyond);
     for (int i = 0; i < loop->control.estimate_count; i++) {
         report->estimate[i] = estimator_parameter_now(x->filter, i);
         report->deviation[i] = estimator_parameter_deviation(x->filter, i);

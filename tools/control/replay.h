@@ -30,6 +30,7 @@ typedef struct replay_report {
     double recorded[CONTROL_INPUTS_MAX]; /* what the file says of it; NaN: nothing */
     double doubt;                        /* as estimator_doubt */
     long refused;                        /* measurements beyond the gate */
+    residual_reach residual;             /* as of loop_report */
     double seconds;                      /* of the filter, a sample */
 } replay_report;
 

@@ -1,5 +1,7 @@
 #include "tools/control/residual_internal.h"
 
+#include "physics/numerics/vector_size.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -52,6 +54,11 @@ void residual_free(residual *residual)
         free(residual->x);
         free(residual);
     }
+}
+
+residual_reach residual_reached(const residual *residual)
+{
+    return residual ? residual->reach : (residual_reach){NAN, NAN};
 }
 
 size_t residual_count(const residual *residual)
@@ -144,7 +151,8 @@ ad_status residual_see(residual *residual, size_t values, ad_error *error)
     AD_TAKE(residual, sight, values * n);
     AD_TAKE(residual, turn, n * values);
     AD_TAKE(residual, room, values * (2 * residual->count + n + values));
-    AD_TAKE(residual, pivots, values);
+    AD_TAKE(residual, pivots, values + n);
+    AD_TAKE(residual, rest, n * (2 * n + 2 + residual->inputs));
     return ad_memory_status(&residual->memory, error, "out of memory for a residual");
 }
 
@@ -180,6 +188,9 @@ void residual_doubt(residual *residual, double h, const double *change, double *
     ad_dense_multiply(pool, false, false, v, count, n, residual->sight, change, 0, seen);
     ad_dense_multiply(pool, false, false, v, count, count, seen, residual->covariance, 0, product);
     ad_dense_multiply(pool, false, true, v, v, count, seen, product, 0, square);
+    for (size_t i = 0; i < v; i++) {
+        residual->reach.most = fmax(residual->reach.most, sqrt(square[i * (v + 1)]));
+    }
     ad_dense_multiply(pool, false, false, n, v, v, residual->turn, square, 0, both);
     ad_dense_multiply(pool, false, true, n, n, v, both, residual->turn, 0, covariance);
     for (size_t i = 0; i < n * n; i++) {
@@ -187,14 +198,84 @@ void residual_doubt(residual *residual, double h, const double *change, double *
     }
 }
 
+/* (I - A)^-1 [n][n] of a step with derivative A, by columns. Whether there is one. */
+static bool find_rest(residual *residual, double h, const double *state, const double *inputs,
+                      double *next, double *by_inputs, double *rest)
+{
+    const size_t n = residual->states;
+    double *by_state = rest + n * n;
+    if (advance(residual, 1, h, state, inputs, NULL, next, by_state, by_inputs)) {
+        return false;
+    }
+    for (size_t i = 0; i < n * n; i++) {
+        rest[i] = i % (n + 1) == 0;
+        by_state[i] = rest[i] - by_state[i];
+    }
+    if (ad_dense_lu(n, by_state, residual->pivots)) { /* of the transpose, read by columns */
+        return false;
+    }
+    ad_dense_lu_solve(n, n, by_state, residual->pivots, rest);
+    return true;
+}
+
+bool residual_settle(residual *residual, double h, const double *inputs, double *state, double *by)
+{
+    enum { STEPS = 20 };
+    const size_t n = residual->states, m = residual->inputs;
+    double *rest = residual->rest, *now = rest + 2 * n * n, *next = now + n, *by_inputs = next + n;
+    double off = INFINITY;
+    memcpy(now, state, n * sizeof *now);
+    for (int step = 0; step < STEPS && off > 1e-10; step++) {
+        if (!find_rest(residual, h, now, inputs, next, by_inputs, rest)) {
+            return false;
+        }
+        for (size_t i = 0; i < n; i++) {
+            next[i] -= now[i];
+        }
+        ad_dense_multiply(residual->pool, false, false, n, 1, n, rest, next, 1, now);
+        off = 0;
+        for (size_t i = 0; i < n; i++) {
+            off = fmax(off, fabs(next[i]) / residual->net.half[i]);
+        }
+    }
+    if (!(off <= 1e-10)) {
+        return false;
+    }
+    memcpy(state, now, n * sizeof *state);
+    ad_dense_multiply(residual->pool, false, false, n, m, n, rest, by_inputs, 0, by);
+    return true;
+}
+
+/* The change of a state at rest by each number [states][count]. Whether there is one. */
+static bool begin(residual *residual, double h, const double *state, const double *inputs,
+                  double *change)
+{
+    const size_t n = residual->states, count = residual->count;
+    double *rest = residual->rest;
+    if (!find_rest(residual, h, state, inputs, rest + 2 * n * n, NULL, rest) ||
+        !residual_say(residual, 1, state, inputs, false, residual->by_theta)) {
+        return false;
+    }
+    for (size_t i = 0; i < n * n; i++) {
+        rest[i] *= h;
+    }
+    ad_dense_multiply(residual->pool, false, true, n, count, n, rest, residual->by_theta, 0,
+                      change);
+    return vector_is_finite(n * count, change);
+}
+
 static int doubt(void *context, double h, const double *state, const double *inputs,
                  const double *by_state, double *memory, double *covariance)
 {
     residual *residual = context;
     const size_t n = residual->states, size = n * residual->count * sizeof *memory;
-    bool known = residual_push(residual, h, state, inputs, by_state, memory, residual->change);
-    residual_doubt(residual, h, residual->change, covariance);
-    for (size_t i = 0; i < n * n; i++) {
+    bool known = by_state
+                     ? residual_push(residual, h, state, inputs, by_state, memory, residual->change)
+                     : begin(residual, h, state, inputs, residual->change);
+    if (by_state) {
+        residual_doubt(residual, h, residual->change, covariance);
+    }
+    for (size_t i = 0; i < n * n && by_state; i++) {
         known = known && fabs(covariance[i]) < 1e100;
     }
     if (known) {

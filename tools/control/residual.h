@@ -33,6 +33,19 @@ void residual_free(residual *residual); /* NULL is allowed */
 /* The corrected model; borrows x and what `of` borrowed, for one thread at a time. */
 one_step residual_one_step(residual *residual);
 
+/* The equilibrium of the corrected model for held inputs, from a state near it, and its derivatives
+ * [states][inputs]. Whether it is found; else state is as it was. */
+bool residual_settle(residual *residual, double h, const double *inputs, double *state, double *by);
+
+/* Largest deviations, in the unit of what is seen, that the network's numbers leave to a motion
+ * that nothing corrects: of those that it was trained on, and of all that one_step.doubt has
+ * followed. NULL: NaN. */
+typedef struct residual_reach {
+    double trained, most;
+} residual_reach;
+
+residual_reach residual_reached(const residual *residual);
+
 size_t residual_count(const residual *residual); /* of its numbers */
 
 /* A measured motion: samples [count] one h after the other; inputs [count][inputs], held until the

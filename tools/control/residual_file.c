@@ -33,7 +33,8 @@ ad_status residual_write(const residual *residual, const char *path, ad_error *e
                          .noise = residual->noise,
                          .seen_count = residual->values,
                          .seen = residual->sight,
-                         .anew = residual->anew};
+                         .anew = residual->anew,
+                         .trained = residual->reach.trained};
     name_all(residual->states, residual->seen, &names);
     for (int i = 0; i < file.inputs.count; i++) {
         file.inputs.name[i] = file.outputs.name[i] = names.text[i];
@@ -47,13 +48,13 @@ static bool fits(const learned_file *file, const one_step *of, const scene_param
     const learned_net *net = &file->net;
     const int n = of->states, m = of->inputs;
     const size_t count = learned_net_count(net);
-    bool same = net->outputs == n && net->inputs == n + m && net->hidden_count == 1 &&
-                file->unknowns.count == 0 && file->seen_count > 0 && file->seen_count <= count &&
-                file->anew > 0 && isfinite(file->anew) && file->noise >= 0 &&
-                vector_is_finite(file->seen_count * (size_t)n, file->seen) &&
-                vector_is_finite(count, file->theta) &&
-                vector_is_finite(count * count, file->covariance) &&
-                vector_is_finite((size_t)n, net->size);
+    bool same =
+        net->outputs == n && net->inputs == n + m && net->hidden_count == 1 &&
+        file->unknowns.count == 0 && file->seen_count > 0 && file->seen_count <= count &&
+        file->anew > 0 && isfinite(file->anew) && file->noise >= 0 && file->trained > 0 &&
+        isfinite(file->trained) && vector_is_finite(file->seen_count * (size_t)n, file->seen) &&
+        vector_is_finite(count, file->theta) && vector_is_finite(count * count, file->covariance) &&
+        vector_is_finite((size_t)n, net->size);
     seen_names names;
     if (same) {
         name_all((size_t)n, (size_t)n + (size_t)m, &names);
@@ -109,6 +110,7 @@ ad_status residual_read(const char *path, const one_step *of, const scene_parame
         memcpy(to->covariance, file.covariance, to->count * to->count * sizeof *to->covariance);
         to->noise = file.noise;
         to->anew = file.anew;
+        to->reach.trained = file.trained;
     }
     if (status == AD_OK && !residual_turn(*result)) {
         status = ad_fail(error, AD_BAD_INPUT, "%s: has seen nothing that moves", path);

@@ -332,6 +332,9 @@ static ad_status find_sizes(fitting *fit)
     fit->looks = true;
     const double sum = roll_trained(fit, true, &samples);
     fit->looks = false;
+    for (size_t i = 0; i < fit->values * net->states; i++) {
+        net->sight[i] *= (double)fit->values / (double)samples;
+    }
     if (!residual_turn(net)) {
         return AD_BAD_INPUT;
     }
@@ -460,7 +463,9 @@ static ad_status find_posterior(fitting *fit, ad_error *error)
     net->noise = sqrt(noise) * fit->noise;
     net->anew = 1 / fit->h;
     fit->spread = room + count * count + count;
+    net->reach.most = 0;
     roll_trained(fit, true, &again);
+    net->reach = (residual_reach){.trained = net->reach.most};
     net->anew *= fit->sums[1] > 0 ? fit->sums[0] / fit->sums[1] : 1;
     free(room);
     return status == AD_OK && !(net->anew > 0 && isfinite(net->anew)) ? no_answer(error) : status;

@@ -15,11 +15,12 @@ struct residual {
     ad_pool *pool;      /* of one thread */
     double *theta;      /* [count] */
     double *covariance; /* [count][count] of theta */
-    double noise, anew; /* anew: 1/s, as residual_doubt says */
-    size_t values;      /* that were seen; 0: nothing is learned */
-    double *sight;      /* [values][states] of these by the state, in the mean, of any size */
-    double *turn;       /* [states][values] */
-    double *room;
+    residual_reach reach;
+    double noise, anew;  /* anew: 1/s, as residual_doubt says */
+    size_t values;       /* that were seen; 0: nothing is learned */
+    double *sight;       /* [values][states] of these by the state, in the mean */
+    double *turn;        /* [states][values] */
+    double *room, *rest; /* rest: of residual_settle */
     int *pivots;
     size_t points;             /* for which there is room */
     double *x, *y, *by_x;      /* [seen][points], [states][points], [seen][states][points] */
@@ -48,7 +49,7 @@ bool residual_turn(residual *residual);
  * left out: the state turns with what is seen as T = D H^T (H D H^T)^-1, D squares of its sizes,
  * and is uncertain by T H S C S^T H^T T^T. Of this the part h `anew` is as if it came in each step
  * of h: then what is seen is as uncertain, on runs that were learned from, as by the numbers, which
- * do not change from step to step. */
+ * do not change from step to step. The largest deviation of what is seen goes to `reach`. */
 void residual_doubt(residual *residual, double h, const double *change, double *covariance);
 
 #endif

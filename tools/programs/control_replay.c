@@ -1,6 +1,7 @@
 #include "tools/programs/control_replay.h"
 
 #include "tools/files/file_bytes.h"
+#include "tools/programs/control_judge.h"
 #include "tools/programs/estimates.h"
 #include "tools/train/measurements.h"
 
@@ -117,6 +118,7 @@ void replays_json(const config *of, const replays *x, json *to)
         json_number(to, "ahead_still", r->ahead_still);
         json_integer(to, "refused", r->refused);
         json_number(to, "doubt", r->doubt);
+        control_residual_json(&r->residual, to);
         json_number(to, "filter_seconds", r->seconds);
         estimates_json(to, x->estimates, of->control.estimate, r->estimate, r->deviation,
                        "recorded", r->recorded);
@@ -132,6 +134,7 @@ void replays_judge(const config *of, const replays *x, verdict *to)
     static const double ESTIMATE_OFF = 5, DOUBT = 2; /* as of simulated loops */
     for (int i = 0; i < x->count; i++) {
         const replay_report *r = &x->report[i];
+        control_judge_residual(&r->residual, x->name[i], to);
         if (r->doubt > DOUBT) {
             verdict_add(to, VERDICT_INNOVATIONS,
                         "%s: innovations are not those of the model: what it leaves out is %.3g "

@@ -1,5 +1,6 @@
 #include "tools/programs/control_run.h"
 
+#include "tools/programs/control_judge.h"
 #include "tools/programs/estimates.h"
 
 #include <math.h>
@@ -203,6 +204,7 @@ void control_json(int count, const control_row *rows, json *to)
             json_number(to, "correlation", r->beyond[LOOP_CORRELATION]);
             json_close(to, '}');
             json_number(to, "doubt", r->doubt);
+            control_residual_json(&r->residual, to);
             json_open(to, "constraints", '[');
             for (int k = 0; k < row->control.limit_count; k++) {
                 json_open(to, NULL, '{');

@@ -256,8 +256,16 @@ static ad_status make_network(learning *learning, ad_error *error)
         size ? start_runs(learning, size, error) : ad_fail(error, AD_NO_MEMORY, "out of memory");
     for (int i = 0; i < learning->step.inputs; i++) {
         const scene_parameter *p = reduced_input(learning->rod, i);
+        const double *all = learning->inputs + i;
+        bool varies = false;
+        for (size_t r = 1; r < learning->rows; r++) {
+            varies = varies || all[r * (size_t)learning->step.inputs] != all[0];
+        }
         middle[i] = (p->low + p->high) / 2;
         half[i] = (p->high - p->low) / 2;
+        if (!varies) {
+            printf("%s is %g in all rows: what it changes is not learned\n", p->name, all[0]);
+        }
     }
     if (status == AD_OK) {
         status = residual_create(&learning->step, learning->asked.units, size, middle, half,

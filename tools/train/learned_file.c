@@ -61,6 +61,7 @@ ad_status learned_file_write(const learned_file *file, const char *path, ad_erro
     if (file->seen_count > 0) {
         const size_t seen[] = {file->seen_count, outputs};
         checkpoint_put_doubles(to, "residual/anew", &file->anew, 1, &(size_t){1});
+        checkpoint_put_doubles(to, "residual/trained", &file->trained, 1, &(size_t){1});
         checkpoint_put_doubles(to, "residual/seen", file->seen, 2, seen);
     }
     const file_place place = {.path = path};
@@ -153,6 +154,8 @@ static ad_status get_motion(const checkpoint *from, learned_file *file, ad_error
     int rank;
     size_t shape[CHECKPOINT_MAX_RANK] = {0};
     ad_status status = get_if_there(from, "residual/anew", &file->anew, error);
+    status =
+        status == AD_OK ? get_if_there(from, "residual/trained", &file->trained, error) : status;
     if (status != AD_OK || !checkpoint_shape(from, "residual/seen", &rank, shape)) {
         return status;
     }

@@ -25,7 +25,8 @@ typedef struct learned_file {
      * is not known comes anew in a second; at rest 0, NaN. */
     size_t seen_count;
     double *seen, anew;
-    char *texts; /* of the names */
+    double trained; /* the largest deviation of these values where it was trained; at rest NaN */
+    char *texts;    /* of the names */
     ad_memory memory;
 } learned_file;
 
