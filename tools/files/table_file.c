@@ -56,7 +56,7 @@ static ad_status fail_format(const char *path, bool written, ad_error *error)
                    file_bytes_shown(path), what, endings);
 }
 
-/* A name made of these alone would be taken for a number. */
+/* A name made of these alone would be taken for a number, but not e1. */
 static bool looks_like_number(const char *name, size_t length)
 {
     bool digits = false;
@@ -66,7 +66,7 @@ static bool looks_like_number(const char *name, size_t length)
             return false;
         }
     }
-    return digits;
+    return digits && name[0] != 'e' && name[0] != 'E';
 }
 
 typedef enum spelling { SPELLING_FINE, SPELLING_BLANK, SPELLING_BYTE } spelling;
