@@ -190,6 +190,8 @@ static ad_status seek_some(reaching *r, size_t tips, const double *places, seeke
         }
     }
     while (status == AD_OK) {
+        /* a member that only another solver may find is no way: that would take seconds */
+        const cpinn_polish how = {.steps = 2, .alone = true};
         size_t which[BATCH], now = 0;
         for (size_t i = 0; i < tips; i++) {
             if (!seekers[i].over) {
@@ -200,7 +202,7 @@ static ad_status seek_some(reaching *r, size_t tips, const double *places, seeke
         if (now == 0) {
             break;
         }
-        status = cpinn_family_shapes(r->family, NULL, now, r->at, r->values, r->jacobian,
+        status = cpinn_family_shapes(r->family, &how, now, r->at, r->values, r->jacobian,
                                      r->answers, error);
         for (size_t k = 0; k < now && status == AD_OK; k++) {
             const size_t i = which[k];
