@@ -491,19 +491,18 @@ static void write_reach(c_writer *w, int n)
     at_text(w, i->in[0].offset, i->in[0].stride, operands[0]);
     at_text(w, i->out.offset, i->out.stride, at);
     fprintf(w->file,
-            "    {\n        int far = 0;\n        for (int r = 0; r < %d; r++) {\n"
-            "            %sfar |= !(fabs%s(%s) <= %s);\n        }\n",
+            "    {\n    int far = 0;\n    for (int r = 0; r < %d; r++) {\n"
+            "        %sfar |= !(fabs%s(%s) <= %s);\n    }\n",
             i->out.rows, w->points, w->suffix, operands[0], reach_of(w, i->op));
     for (int k = 0; k < 2; k++) {
-        fprintf(w->file,
-                "        for (int r = 0; r < %d && %sfar; r++) {\n            %s%s = ", i->out.rows,
-                k ? "!" : "", w->points, at);
+        fprintf(w->file, "    %s {\n    for (int r = 0; r < %d; r++) {\n        %s%s = ",
+                k ? "} else" : "if (far)", i->out.rows, w->points, at);
         w->reach = reaches[k];
         ad_c_operation(w, i->op, i->whole, i->number, operands);
-        fputs("        }\n", w->file);
+        fputs("    }\n", w->file);
     }
     w->reach = REACH_ANY;
-    fputs("    }\n", w->file);
+    fputs("    }\n    }\n", w->file);
 }
 
 void ad_c_write_segments(c_writer *w, int first, int end)
