@@ -56,7 +56,7 @@ find autodiff nn optim physics tests tools -name '*.[ch]' -exec \
         }
         libraries = libraries "optim "
         training = libraries " tools/train tools/files "
-        surrogate = training " tools/surrogate autodiff/run "
+        surrogate = training " tools/surrogate "
         control = surrogate " tools/environment tools/control " # for types
         may["tools/environment"] = training " tools/environment "
         may["tools/plan"] = training " tools/environment tools/plan "
@@ -71,8 +71,8 @@ find autodiff nn optim physics tests tools -name '*.[ch]' -exec \
         may["tools/emit"] = control " tools/emit "
         may["tools/library"] = control " tools/config tools/prepare tools/emit tools/library "
         may["tools/programs"] = everything
-        may["tools/bench"] = everything " tools/bench autodiff/compile "
-        may["tests"] = everything " tools/bench tests autodiff/emit autodiff/compile autodiff/tape "
+        may["tools/bench"] = everything " tools/bench autodiff/compile autodiff/run "
+        may["tests"] = everything " tools/bench tests autodiff/emit autodiff/compile autodiff/run autodiff/tape "
         count = split(installed_headers, list, " ")
         for (i = 1; i <= count; i++)
             is_installed[list[i]] = 1

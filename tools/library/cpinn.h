@@ -294,6 +294,7 @@ const char *cpinn_family_not_compiled(const cpinn_family *family);
 typedef struct cpinn_polish {
     int steps;  /* of Newton's method: 0, 1, 2, by default 2 */
     bool alone; /* what is not trusted then, or not reached, is left as it is, not solved */
+    bool quick; /* what the solver of members does not find is left as it is */
 } cpinn_polish;
 
 /* values [members][points][columns] and answers [members] for parameters [members][parameters], in

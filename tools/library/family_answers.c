@@ -391,7 +391,7 @@ static ad_status answer_chunk(cpinn_family *family, const cpinn_polish *polish, 
     if (status == AD_OK && solves && !is_without_network(family)) {
         status = solve_wanting(family, steps, keeps, members, parameters, values, answers, error);
     }
-    if (status == AD_OK && solves) {
+    if (status == AD_OK && solves && !polish->quick) {
         status = solve_rest(family, keeps, members, parameters, values, answers, error);
     }
     return status == AD_OK && keeps && family->solver && !by_code

@@ -39,7 +39,8 @@ typedef struct verifying {
     ad_memory memory;
 } verifying;
 
-static const cpinn_polish ways[CPINN_WAY_COUNT] = {{0, true}, {1, true}, {2, true}, {2, false}};
+static const cpinn_polish ways[CPINN_WAY_COUNT] = {
+    {.alone = true}, {.steps = 1, .alone = true}, {.steps = 2, .alone = true}, {.steps = 2}};
 
 const char *cpinn_way_word(cpinn_way way)
 {

@@ -191,7 +191,7 @@ static ad_status seek_some(reaching *r, size_t tips, const double *places, seeke
     }
     while (status == AD_OK) {
         /* a member that only another solver may find is no way: that would take seconds */
-        const cpinn_polish how = {.steps = 2, .alone = true};
+        const cpinn_polish how = {.steps = 2, .quick = true};
         size_t which[BATCH], now = 0;
         for (size_t i = 0; i < tips; i++) {
             if (!seekers[i].over) {

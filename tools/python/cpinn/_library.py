@@ -117,7 +117,7 @@ class FamilySettings(ctypes.Structure):
 
 
 class Polish(ctypes.Structure):
-    _fields_ = [("steps", ctypes.c_int), ("alone", ctypes.c_bool)]
+    _fields_ = [("steps", ctypes.c_int), ("alone", ctypes.c_bool), ("quick", ctypes.c_bool)]
 
 
 class ReachSettings(ctypes.Structure):
